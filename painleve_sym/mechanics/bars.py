@@ -15,6 +15,9 @@ from painleve_sym.errors import InputError
 MAX_MODES = 20
 """Of one kind: the theory of slender bars ends long before."""
 
+STATIONS = 21
+"""Places along a bar at which its modes are drawn."""
+
 _DIGITS = 60
 """cosh(β) loses as many digits as e^β has: 27 for twenty modes."""
 
@@ -28,7 +31,7 @@ class BarMode:
     """One mode φ(s) of a uniform bar of length 1 and mass 1, with ∫φ² ds = 1.
 
     It varies as cos βs with β the wavenumber. `ends` are φ(0) and φ(1), of which the first that is
-    not 0 is positive. `momentum` is ∫φ ds, `moment` ∫(s − ½) φ ds: angular momentum of bending,
+    not 0 is positive; `line` are φ at `STATIONS` equally spaced places from end to end. `momentum` is ∫φ ds, `moment` ∫(s − ½) φ ds: angular momentum of bending,
     stretch of an axial mode.
     """
 
@@ -36,6 +39,7 @@ class BarMode:
     ends: tuple[sp.Expr, sp.Expr]
     momentum: sp.Expr
     moment: sp.Expr
+    line: tuple[sp.Expr, ...]
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,9 @@ def axial_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
         moving = [v for v in values if v != 0]
         sign = -1 if moving and moving[0] < 0 else 1
         start, end, momentum, moment = (sign * v for v in (*values, *integrals))
-        modes.append(BarMode(beta, (start, end), momentum, moment))
+        places = (sp.Rational(k, STATIONS - 1) for k in range(STATIONS))
+        line = tuple(sign * phi.subs(s, place).evalf(17) for place in places)
+        modes.append(BarMode(beta, (start, end), momentum, moment, line))
     return tuple(modes)
 
 
@@ -202,7 +208,8 @@ def _bending_mode(ends: tuple[str, str], beta: Any) -> BarMode:
     momentum = integral(shape, pieces) / size
     moment = integral(lambda s: (s - mp.mpf(1) / 2) * shape(s), pieces) / size
     start, end = (_number(v / size) for v in values)
-    return BarMode(_rounded(beta), (start, end), _number(momentum), _number(moment))
+    line = tuple(_rounded(shape(place) / size) for place in mp.linspace(0, 1, STATIONS))
+    return BarMode(_rounded(beta), (start, end), _number(momentum), _number(moment), line)
 
 
 def _number(value: Any) -> sp.Expr:

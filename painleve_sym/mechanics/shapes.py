@@ -1,4 +1,4 @@
-"""Shapes with which a mechanism is drawn: sticks, polygons, discs and dots that move with it.
+"""Shapes with which a mechanism is drawn: sticks, polygons, discs, dots and pins.
 
 A shape is a list of points, each a function of coordinates, time and parameters. So the place of
 every body in a drawing follows from the kinematics of the mechanism, in Python as in other
@@ -34,14 +34,16 @@ class ShapeKind(StrEnum):
     POLYGON = "polygon"
     DISC = "disc"
     DOT = "dot"
+    PIN = "pin"
 
 
 @dataclass(frozen=True)
 class Shape:
     """A shape that moves with a mechanism.
 
-    A stick has its two ends, a polygon its corners in order, a disc its centre and a point of its
-    rim that turns with it, a dot its place.
+    A stick has its two ends, with points between them where it is bent; a polygon has its corners
+    in order, a disc its centre and a point of its rim that turns with it, a dot its place. A pin is
+    a joint that is fixed in space.
 
     Examples
     --------
@@ -58,9 +60,9 @@ class Shape:
     points: tuple[Point, ...]
 
     @classmethod
-    def stick(cls, start: Point, end: Point) -> Shape:
-        """Return the straight line between two points."""
-        return cls(ShapeKind.STICK, (start, end))
+    def stick(cls, *points: Point) -> Shape:
+        """Return the open line through two points or more."""
+        return cls(ShapeKind.STICK, points)
 
     @classmethod
     def polygon(cls, *corners: Point) -> Shape:
@@ -82,6 +84,11 @@ class Shape:
     def dot(cls, place: Point) -> Shape:
         """Return a point, drawn of a size that does not depend on the mechanism."""
         return cls(ShapeKind.DOT, (place,))
+
+    @classmethod
+    def pin(cls, place: Point) -> Shape:
+        """Return a fixed joint, drawn of a size that does not depend on the mechanism."""
+        return cls(ShapeKind.PIN, (place,))
 
 
 @dataclass(frozen=True)
@@ -125,7 +132,8 @@ def shapes_of(mechanism: Mechanism) -> tuple[Shape, ...]:
     The rim of a contact is a disc. A body with one point of contact is a stick from there through
     its mass centre and as far beyond; with several points it is the polygon of these and of their
     mirror images in the mass centre. A body without a point of contact is the uniform stick of its
-    inertia along its angle, of length √(12 J/m), and a point mass is a dot.
+    inertia along its angle, of length √(12 J/m), and a point mass is a dot. An end of such a stick
+    that does not move is a pin.
 
     Raises
     ------
@@ -144,7 +152,9 @@ def shapes_of(mechanism: Mechanism) -> tuple[Shape, ...]:
 
 def suggested_shapes(mechanism: Mechanism) -> tuple[Shape, ...]:
     """Return the shapes that rims and bodies suggest (`shapes_of`); none without either."""
-    return tuple(_suggested(mechanism))
+    shapes = tuple(_suggested(mechanism))
+    ends = [p for s in shapes if s.kind is ShapeKind.STICK for p in s.points]
+    return (*shapes, *(Shape.pin(p) for p in ends if _is_still(mechanism, p)))
 
 
 def _suggested(mechanism: Mechanism) -> Iterator[Shape]:
@@ -173,21 +183,28 @@ def _body_shape(mechanism: Mechanism, body: Body) -> Shape:
 
 def _local(mechanism: Mechanism, body: Body, point: Point) -> tuple[sp.Expr, sp.Expr] | None:
     """Return a point in the axes of a body, or None where it does not move with the body."""
+    x, y = (expr(p) - expr(c) for p, c in zip(point, body.centre, strict=True))
+    local = _moved((0, 0), (x, y), -expr(body.angle))
+    if not _is_still(mechanism, local):
+        return None
+    # What does not depend on the place has the same value at any.
+    here = dict.fromkeys([*mechanism.system.q, *mechanism.system.clock], sp.Integer(0))
+    return local[0].subs(here), local[1].subs(here)
+
+
+def _is_still(mechanism: Mechanism, values: Sequence[Scalar], *, driven: bool = False) -> bool:
+    """Return whether expressions change with no coordinate, nor with the time unless `driven`."""
     from painleve_sym.mechanics.system import sample_values, vanishes
 
     system = mechanism.system
-    x, y = (expr(p) - expr(c) for p, c in zip(point, body.centre, strict=True))
-    local = _moved((0, 0), (x, y), -expr(body.angle))
-    moving = [*system.q, *system.clock]
+    moving = [*system.q, *(() if driven else system.clock)]
     for seed in (1, 2):
-        symbols = sorted(set().union(*(part.free_symbols for part in local)), key=str)
+        symbols = sorted(set().union(*(expr(v).free_symbols for v in values)), key=str)
         at = dict(zip(symbols, sample_values(symbols, seed).values(), strict=True))
-        rates = (sp.diff(part, s).xreplace(at).evalf(30) for part in local for s in moving)
+        rates = (sp.diff(expr(v), s).xreplace(at).evalf(30) for v in values for s in moving)
         if not all(vanishes(r) for r in rates):
-            return None
-    # What does not depend on the place has the same value at any.
-    here = dict.fromkeys(moving, sp.Integer(0))
-    return local[0].subs(here), local[1].subs(here)
+            return False
+    return True
 
 
 def _hull(points: Sequence[Point], values: dict[sp.Symbol, sp.Expr]) -> list[Point]:
@@ -224,20 +241,36 @@ def contact_geometries(mechanism: Mechanism) -> dict[str, ContactGeometry]:
     return {c.name: c.geometry for c in mechanism.contacts if c.geometry is not None}
 
 
+def ground_surfaces(mechanism: Mechanism) -> dict[str, sp.Expr]:
+    """Return the surfaces that are drawn as ground, by contact; functions of `PLACE`.
+
+    They stand still or move as prescribed. A surface that moves with a coordinate belongs to a body
+    of the mechanism, whose shape shows it.
+    """
+    return {
+        name: geometry.surface
+        for name, geometry in contact_geometries(mechanism).items()
+        if _is_still(mechanism, (geometry.surface,), driven=True)
+    }
+
+
 def scene_formulas(mechanism: Mechanism, shapes: Sequence[Shape]) -> dict[str, sp.Expr]:
     """Return every number that a drawing of the mechanism needs, by name.
 
     ``shape_i_point_k_x`` and ``…_y`` in the order of the shapes; then, for each contact c of those
-    with a geometry, ``c_x``, ``c_y``, ``c_normal_x``, ``c_normal_y``. Functions of coordinates,
-    time and parameters; m.
+    with a geometry, ``c_x``, ``c_y``, ``c_normal_x``, ``c_normal_y``, in m, and
+    ``c_surface_speed``, the speed of a belt along positive slip, in m/s. Functions of coordinates,
+    time and parameters.
     """
     formulas: dict[str, sp.Expr] = {}
     for i, shape in enumerate(shapes):
         for k, point in enumerate(shape.points):
             for axis, value in zip("xy", point, strict=True):
                 formulas[f"shape_{i}_point_{k}_{axis}"] = expr(value)
+    contacts = {c.name: c for c in mechanism.contacts}
     for name, geometry in contact_geometries(mechanism).items():
         for part, point in (("", geometry.point), ("normal_", geometry.normal)):
             for axis, value in zip("xy", point, strict=True):
                 formulas[f"{name}_{part}{axis}"] = expr(value)
+        formulas[f"{name}_surface_speed"] = contacts[name].surface_speed
     return formulas

@@ -258,7 +258,7 @@ class _View:
             artist.remove()
         self.ground = []
         x, y = np.meshgrid(*(np.linspace(low[k], high[k], 41) for k in range(2)))
-        for contact in self.scene.contacts:
+        for contact in self.scene.grounds:
             level = self.scene.level(contact, i, x, y)
             if level.min() < 0 < level.max():
                 lowest = [float(level.min()) - 1, 0.0]
@@ -378,6 +378,9 @@ def _artist(axes: Axes, shape: Shape) -> Any:
         return circle, mark
     if shape.kind is ShapeKind.DOT:
         return axes.plot([], [], "o", color="black", markersize=5, zorder=4)[0]
+    if shape.kind is ShapeKind.PIN:
+        pin: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": "black"}
+        return axes.plot([], [], "^", markersize=9, zorder=4, **pin)[0]
     return axes.plot([], [], color="black", linewidth=3.2, solid_capstyle="round", zorder=3.5)[0]
 
 

@@ -16,6 +16,7 @@ from painleve_sym.mechanics.shapes import (
     Shape,
     ShapeKind,
     contact_geometries,
+    ground_surfaces,
     scene_formulas,
     shapes_of,
 )
@@ -141,12 +142,16 @@ class Scene:
 
     @cached_property
     def _levels(self) -> dict[str, Pointwise]:
-        geometries = contact_geometries(self.mechanism)
         symbols = [*PLACE, *self._values]
         return {
-            name: Pointwise([geometry.surface], symbols, engine="casadi")
-            for name, geometry in geometries.items()
+            name: Pointwise([surface], symbols, engine="casadi")
+            for name, surface in ground_surfaces(self.mechanism).items()
         }
+
+    @property
+    def grounds(self) -> tuple[str, ...]:
+        """Names of the contacts with a surface that is drawn as ground."""
+        return tuple(self._levels)
 
     def level(self, contact: str, frame: int, x: Array, y: Array) -> Array:
         """Return the function of a surface at places: zero on it, positive on its free side."""

@@ -17,11 +17,13 @@ from painleve_sym import (
     model,
 )
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.mechanics.bars import bending_modes
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.mechanics.shapes import (
     PLACE,
     Shape,
     contact_geometries,
+    ground_surfaces,
     scene_formulas,
     shapes_of,
 )
@@ -46,6 +48,34 @@ angle = "phi"
 centre = ["x", "y"]
 [[contacts]]
 name = "A"
+friction = "mu"
+"""
+
+WEDGE = """
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+z = { unit = "m" }
+[parameters]
+m = { default = 1.0, unit = "kg", positive = true }
+alpha = { default = 0.35, unit = "rad" }
+mu = { default = 0.3, unit = "1" }
+[[bodies]]
+mass = "m"
+centre = ["x", "y"]
+[[bodies]]
+mass = "m"
+centre = ["0", "z"]
+[[contacts]]
+name = "floor"
+point = ["x", "y"]
+friction = "mu"
+[[contacts]]
+name = "face"
+gap = "(z - y + x*tan(alpha))*cos(alpha)"
+slip_velocity = "-x_dot*cos(alpha) + (z_dot - y_dot)*sin(alpha)"
+at = ["0", "z"]
+slope = "-alpha"
 friction = "mu"
 """
 
@@ -125,6 +155,43 @@ def test_bodies_suggest_the_links_of_an_arm():
     tip = [places[f"shape_1_point_1_{a}"] for a in "xy"]
     assert tip == pytest.approx([places["tip_x"], places["tip_y"]])
     assert [places[f"shape_0_point_0_{a}"] for a in "xy"] == pytest.approx([0, 0.7])
+    # The base of the upper link is fixed in space.
+    assert [s.kind for s in shapes_of(arm)] == ["stick", "stick", "pin"]
+    assert [places[f"shape_2_point_0_{a}"] for a in "xy"] == pytest.approx([0, 0.7])
+
+
+def test_surfaces_of_bodies_are_no_ground_and_belts_have_a_speed():
+    wedge = mechanism_from_text(WEDGE)
+    assert list(contact_geometries(wedge)) == ["floor", "face"]
+    assert list(ground_surfaces(wedge)) == ["floor"]
+    table = load_mechanism(str(FILES[[f.stem for f in FILES].index("oscillating-table")]))
+    assert list(ground_surfaces(table)) == ["table"]
+    arm = model("two-link-arm")
+    assert _places(arm, _values(arm) | {"u": 0.3})["tip_surface_speed"] == 0.3
+    assert _places(wedge, _values(wedge))["face_surface_speed"] == 0
+
+
+def test_elastic_rod_is_bent_as_its_modes_and_its_end_is_the_contact_point():
+    rod = model("rod-bending")
+    values = _values(rod, theta=0.7, w_1=0.01, w_2=-0.004, u_1=0.002)
+    places = _places(rod, values)
+    count = len(shapes_of(rod)[0].points)
+    line = [
+        complex(places[f"shape_0_point_{k}_x"], places[f"shape_0_point_{k}_y"])
+        for k in range(count)
+    ]
+    assert line[0] == pytest.approx(complex(places["A_x"], places["A_y"]))
+    beta = float(bending_modes(("free", "free"), 1)[0].wavenumber)
+    # The first free mode by the textbook: (cosh + cos) − σ (sinh + sin), 2 at the ends.
+    sigma = (math.cosh(beta) - math.cos(beta)) / (math.sinh(beta) - math.sin(beta))
+    still = _places(rod, _values(rod, theta=0.7))
+    bent = _places(rod, _values(rod, theta=0.7, w_1=0.01))
+    for k in range(count):
+        across = [bent[f"shape_0_point_{k}_{a}"] - still[f"shape_0_point_{k}_{a}"] for a in "xy"]
+        own = across[1] * math.cos(0.7) - across[0] * math.sin(0.7)
+        x = beta * k / (count - 1)
+        shape = math.cosh(x) + math.cos(x) - sigma * (math.sinh(x) + math.sin(x))
+        assert own == pytest.approx(0.01 * shape, abs=1e-9)
 
 
 def test_feet_suggest_a_box_with_the_mass_centre_in_its_middle():
@@ -157,7 +224,9 @@ def test_shapes_of_a_file():
         'polygon = [["x", "y"], ["x + 1", "y"], ["x", "y + 1"]]',
         'box = { centre = ["x", "y"], width = "0.2", height = 0.1, angle = "phi" }',
         'disc = { centre = ["x", "y"], radius = "0.2", angle = "phi" }',
+        'stick = [["x", "y"], ["x + 1", "y"], ["x + 2", "y"]]',
         'dot = ["x", "y"]',
+        'pin = ["1", "m"]',
     ):
         (drawn,) = mechanism_from_text(f"{text}[[shapes]]\n{shape}\n").shapes
         assert drawn.kind == shape.split()[0].replace("box", "polygon")
@@ -166,7 +235,7 @@ def test_shapes_of_a_file():
 @pytest.mark.parametrize(
     ("shape", "message"),
     [
-        ('stick = [["x", "y"]]', "got 1 points, need 2 points"),
+        ('stick = [["x", "y"]]', "got 1 points, need at least 2 points"),
         ('polygon = [["x", "y"], ["x", 1]]', "got 2 points, need at least 3"),
         ('stick = ["x", "y"]', "need a list of points"),
         ('dot = ["x", "z"]', "unknown name 'z'"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from painleve_sym.mechanics.bars import RoundBar, axial_modes, bending_modes
+from painleve_sym.mechanics.bars import STATIONS, RoundBar, axial_modes, bending_modes
 from painleve_sym.mechanics.bodies import Body, Mode
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
@@ -129,12 +129,15 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
     g, mu = gravity(), friction(1.4)
     bar = RoundBar(m.symbol, 2 * l.symbol, rho.symbol, Y.symbol)
     modal, modes, shapes = [], [], {}
+    drawn: list[dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]] = [{} for _ in range(STATIONS)]
     for i, shape in enumerate(bending_modes(free, bending), 1):
         across = Coordinate(f"w_{i}", f"bending mode {i}", "m", f"w_{{{i}}}")
         frequency = bar.bending_frequency(shape.wavenumber)
         modal.append(across)
         modes.append(Mode(across.symbol, m.symbol, frequency, zeta.symbol))
         shapes[across.symbol] = (sp.S.Zero, shape.ends[0])
+        for values, value in zip(drawn, shape.line, strict=True):
+            values[across.symbol] = (sp.S.Zero, value)
     for i, shape in enumerate(axial_modes(free, axial), 1):
         along = Coordinate(f"u_{i}", f"mode {i} along the rod", "m", f"u_{{{i}}}")
         stretch = 2 * m.symbol * l.symbol * shape.moment
@@ -142,6 +145,8 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
         modal.append(along)
         modes.append(Mode(along.symbol, m.symbol, frequency, zeta.symbol, stretch=stretch))
         shapes[along.symbol] = (shape.ends[0], sp.S.Zero)
+        for values, value in zip(drawn, shape.line, strict=True):
+            values[along.symbol] = (value, sp.S.Zero)
     centre = x.symbol + l.symbol * sp.cos(theta.symbol), y.symbol + l.symbol * sp.sin(theta.symbol)
     inertia = m.symbol * l.symbol**2 / 3
     body = Body(m.symbol, centre, inertia, theta.symbol, tuple(modes), "rod")
@@ -154,6 +159,8 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
         gravity=g.symbol,
     )
     end = body.point((-l.symbol, 0), shapes)
+    places = (l.symbol * sp.Rational(2 * k - STATIONS + 1, STATIONS - 1) for k in range(STATIONS))
+    line = (body.point((at, 0), values) for at, values in zip(places, drawn, strict=True))
     return Mechanism(
         name=name,
         title="elastic round bar with one end on rough ground",
@@ -169,4 +176,5 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
         ),
         sketch=_SKETCH,
         start={"theta": 1.0, "x_A_dot": -1.0, "theta_dot": 1.0},
+        shapes=(Shape.stick(*line),),
     )

@@ -19,7 +19,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.materials import PROPERTIES
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
-from painleve_sym.mechanics.shapes import ContactGeometry, Shape
+from painleve_sym.mechanics.shapes import ContactGeometry, Shape, ShapeKind
 from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
 from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
 from painleve_sym.mechanics.toml.lines import toml_lines
@@ -56,7 +56,7 @@ _ALWAYS = ("name", "friction", "bilateral")
 _CONTACT = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity", "at")
 _CIRCLE = ("centre", "radius", "angle")
 _BOX = ("centre", "width", "height", "angle")
-_SHAPE = ("stick", "polygon", "box", "disc", "dot")
+_SHAPE = ("stick", "polygon", "box", "disc", "dot", "pin")
 
 
 def load_mechanism(path: str | FilePath) -> Mechanism:
@@ -388,8 +388,8 @@ def _shape(table: Table) -> Shape | None:
         table.fault(f"got {' and '.join(kinds) or 'none'}, {need}.")
         return None
     (kind,) = kinds
-    if kind == "dot":
-        return Shape.dot(table.pair("dot"))
+    if kind in ("dot", "pin"):
+        return Shape(ShapeKind(kind), (table.pair(kind),))
     if kind == "disc":
         return Shape.disc(**_disc(table))
     if kind == "box":
@@ -397,11 +397,10 @@ def _shape(table: Table) -> Shape | None:
         sides = box.formula("width"), box.formula("height")
         return Shape.box(box.pair("centre"), *sides, box.formula("angle", 0))
     points = table.points(kind)
-    if (kind == "stick" and len(points) != 2) or len(points) < 2 + (kind == "polygon"):
-        need = "2 points" if kind == "stick" else "at least 3 points"
-        table.fault(f"got {len(points)} points, need {need}.", kind)
+    if len(points) < (least := 2 + (kind == "polygon")):
+        table.fault(f"got {len(points)} points, need at least {least} points.", kind)
         return None
-    return Shape.stick(*points) if kind == "stick" else Shape.polygon(*points)
+    return Shape(ShapeKind(kind), tuple(points))
 
 
 # ---- contacts ----
