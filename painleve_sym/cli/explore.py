@@ -22,6 +22,7 @@ def explore(arguments: argparse.Namespace) -> int:
         law_parameters=scenario.law_parameters,
         initial_force=scenario.initial_force,
         t_end=scenario.t_end,
+        docs=arguments.docs,
         out=path,
     )
     size = len(page.html.encode())
@@ -38,7 +39,7 @@ def explore(arguments: argparse.Namespace) -> int:
             }
         )
         return 0
-    origin = "part of the package" if page.prebuilt else "compiled now"
+    origin = "part of the package" if page.prebuilt else "compiled, and kept in the cache"
     show(f"{path}: {size / 1000:.0f} kB, law {page.law}, engine {page.engines[0]} ({origin})")
     show("Open it in a browser; it needs no network.")
     return 0

@@ -269,6 +269,7 @@ def _explore_options(parser: Parser) -> None:
         parser,
         ("--t-end", "TIME", "end time of the motions at first, s"),
         _INITIAL_FORCE,
+        ("--docs", "ADDRESS", "documentation site that the page links to, also from the page: .."),
     )
     _texts(parser, ("--out", "FILE", "page to write, .html"), required=True)
     _json(parser)
@@ -276,8 +277,8 @@ def _explore_options(parser: Parser) -> None:
         "One HTML file that opens from disk: sliders, map, contact problem, the motion with the\n"
         "law and the rigid one, animation and tables, computed by WebAssembly in it. CASE, state,\n"
         "parameters and law are those of `painleve simulate`, and what the page begins with.\n"
-        "Without --law: bilinear-hertz with reload=virgin, or rigid where a contact holds from\n"
-        "both sides; named mechanisms then need no compiler. Others need clang with wasi-libc, or\n"
+        "Without --law: bilinear-hertz, or rigid where a contact holds from both sides. The rod's\n"
+        "page then needs no compiler; others are compiled once, with clang and wasi-libc, or with\n"
         "pip install 'painleve-sym[web]'.\n\n"
         "  painleve explore rod --out rod.html"
     )

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import base64
 import gzip
-import html
 import importlib.util
-import json
 import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -20,6 +19,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
+from painleve_sym.escape import html_json, html_text
 from painleve_sym.explorer.prebuilt import Laws, default_law, stored_module
 from painleve_sym.explorer.presets import presets
 from painleve_sym.files import write_beside
@@ -35,6 +35,7 @@ MODULES = (
     "settings.js",
     "engine.js",
     "draw.js",
+    "controls.js",
     "clock.js",
     "scene.js",
     "problem.js",
@@ -135,19 +136,20 @@ def explore(
     initial_force: float | None = None,
     t_end: float | None = None,
     close: str | None = None,
+    docs: str | None = None,
     out: str | Path | None = None,
 ) -> Page:
     """Return a page in which the contact mechanics of a mechanism is computed live.
 
     One file without references to others: the motions with the law, and rigid ones beside a
-    compliant law, are WebAssembly in it. Named mechanisms with their default law need no compiler.
+    compliant law, are WebAssembly in it. That of the rod with its default law is part of the
+    package; others are compiled once and kept in the cache.
 
     Parameters
     ----------
     mechanism : Mechanism, or its name, or the path of a mechanism file
     law : ContactLaw or RigidLaw, or its name, or mapping of contact to these, optional
-        By default bilinear Hertz with the rule ``reload="virgin"``, or rigid where a contact holds
-        from both sides.
+        By default bilinear Hertz, or rigid where a contact holds from both sides.
     state : mapping of str to (float or str), optional
         Coordinates and velocities at first; the mechanism's `start` where no state is given.
     parameters, law_parameters, initial_force
@@ -156,6 +158,8 @@ def explore(
         End of the motions at first; s.
     close : str, optional
         A coordinate for which gap = 0 is solved; see `closed_state`.
+    docs : str, optional
+        Address of the documentation site, absolute or from the page: panels then link to it.
     out : path, optional
         File to write.
 
@@ -185,7 +189,7 @@ def explore(
     else:
         packed, description = stored
     initial = _initial(
-        mechanism, description, state, parameters, law_parameters, initial_force, t_end, close
+        mechanism, laws, description, state, parameters, law_parameters, initial_force, t_end, close
     )
     if stored is None:
         from painleve_sym.explorer.wasm import module
@@ -196,6 +200,8 @@ def explore(
         "module": base64.b64encode(packed).decode("ascii"),
         "presets": presets(description),
         "initial": initial,
+        "words": words(),
+        "docs": docs,
         "version": painleve_sym.__version__,
     }
     page = Page(
@@ -220,8 +226,16 @@ def _one_or_by_contact(law: Any) -> Laws:
     return LawsByContact(law) if isinstance(law, Mapping) else law
 
 
+def words() -> dict[str, str]:
+    """Return words of the glossary that a page uses, each with its meaning."""
+    text = resources.files(__package__).joinpath("words.toml").read_text("utf-8")
+    meanings: dict[str, str] = tomllib.loads(text)
+    return meanings
+
+
 def _initial(
     mechanism: Mechanism,
+    laws: Laws,
     description: Mapping[str, Any],
     state: Mapping[str, Value] | None,
     parameters: Mapping[str, Value] | None,
@@ -236,14 +250,11 @@ def _initial(
     start = resolve_state(mechanism, mechanism.start if state is None else state, given)
     if close is not None:
         start = closed_state(mechanism, start, given, close)
-    own = {p["name"]: p for p in description["parameters"] if p["of"] == "law"}
-    values = {**start, **given}
-    for name, value in by_name(law_parameters, f"{where}: law_parameters", "{'E': 2e11}").items():
-        here = f"{name}_law" if f"{name}_law" in own else name
-        if here not in own:
-            raise InputError(f"{where}: law: unknown parameter {name!r}. Known: {', '.join(own)}.")
-        values[here] = float(value)
+    own = by_name(law_parameters, f"{where}: law_parameters", "{'E': 2e11}")
+    values = {**start, **given, **_of_law(where, laws, description, own)}
     initial: dict[str, Any] = {"values": values}
+    if "reload" in laws.choices:
+        initial["reload"] = laws.choices["reload"]
     if t_end is not None:
         initial["end"] = number(t_end, "t_end", where=where, above=0.0)
     if initial_force is not None:
@@ -253,6 +264,22 @@ def _initial(
             )
         initial["force"] = number(initial_force, "initial force", where=where, lower=0.0)
     return initial
+
+
+def _of_law(
+    where: str, laws: Laws, description: Mapping[str, Any], given: Mapping[str, Value]
+) -> dict[str, float]:
+    """Return the law's parameters by their names on the page: those given, else its defaults."""
+    own = [p["name"] for p in description["parameters"] if p["of"] == "law"]
+    defaults = {p.name: p.default for p in laws.parameters}
+    values = {}
+    for name, value in (defaults | dict(given)).items():
+        here = f"{name}_law" if f"{name}_law" in own else name
+        if here in own:
+            values[here] = float(value)
+        elif name in given:
+            raise InputError(f"{where}: law: unknown parameter {name!r}. Known: {', '.join(own)}.")
+    return values
 
 
 # ---- text ----
@@ -280,12 +307,10 @@ def _as_function(name: str) -> str:
 
 
 def _html(title: str, data: Mapping[str, Any]) -> str:
-    # A slash would end the element of the data.
-    text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
     return _PAGE.format(
         policy=_POLICY,
-        title=html.escape(title),
+        title=html_text(title),
         style=web_text("style.css"),
-        data=text,
+        data=html_json(data),
         script=script(),
     )

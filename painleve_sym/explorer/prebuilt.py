@@ -1,4 +1,4 @@
-"""Modules that are part of the package: named mechanisms with their default law."""
+"""The laws of a page's motions, and the one module that is part of the package: the rod's."""
 
 from __future__ import annotations
 
@@ -6,52 +6,59 @@ import json
 from importlib import resources
 from typing import Any
 
+from painleve_sym.choices import Reload
 from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.explorer.presets import has_presets
 from painleve_sym.laws.catalogue import Law, LawsByContact, compliant_law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import MODELS
 
 Laws = Law | LawsByContact
+
+STORED = "rod"
+"""The named mechanism whose module with `default_law` is part of the package."""
 
 _DATA = resources.files(__package__).joinpath("data")
 
 
 def default_law(mechanism: Mechanism) -> Law:
-    """Return the law of a page where none is named.
-
-    Bilinear Hertz with the reloading rule that the paper's curves need; rigid for contacts that
-    hold from both sides.
-    """
+    """Return the law of a page where none is named: bilinear Hertz; rigid where a guide holds."""
     if any(c.bilateral for c in mechanism.outline.contacts):
         return RigidLaw()
-    return compliant_law("bilinear-hertz", reload="virgin")
+    return compliant_law("bilinear-hertz")
+
+
+def alternatives(mechanism: Mechanism, law: Laws) -> tuple[Laws, ...]:
+    """Return the laws that a reader chooses from: the given one, or that law by each reload rule.
+
+    The rule ``virgin`` creates energy. Only mechanisms with presets of a paper offer it, whose
+    curves need it.
+    """
+    plain = law.name == default_law(mechanism).name and set(law.choices) == {"reload"}
+    if not (plain and has_presets(mechanism.name)):
+        return (law,)
+    return tuple(compliant_law(law.name, reload=str(rule)) for rule in Reload)
 
 
 def stored_module(mechanism: Mechanism, law: Laws) -> tuple[bytes, dict[str, Any]] | None:
     """Return the gzip file of a module and its description, or None where it is not stored.
 
-    Stored ones are those of a named mechanism, whole, with `default_law`.
+    It serves the whole mechanism with each of the laws that `alternatives` to `default_law` are.
     """
-    name = mechanism.name
-    if name not in MODELS or mechanism.definition != model(name).definition:
+    if mechanism.name != STORED or mechanism.definition != model(STORED).definition:
         return None
-    own = default_law(mechanism)
-    if (law.name, dict(law.choices)) != (own.name, dict(own.choices)):
+    known = alternatives(mechanism, default_law(mechanism))
+    if (law.name, dict(law.choices)) not in [(own.name, dict(own.choices)) for own in known]:
         return None
-    try:
-        description = json.loads(_DATA.joinpath(f"{name}.json").read_text("utf-8"))
-        packed = _DATA.joinpath(f"{name}.wasm.gz").read_bytes()
-    except OSError:
-        return None
+    description = json.loads(_DATA.joinpath(f"{STORED}.json").read_text("utf-8"))
     del description["digest"]
-    return packed, description
+    return _DATA.joinpath(f"{STORED}.wasm.gz").read_bytes(), description
 
 
-def stored_digest(name: str) -> str | None:
-    """Return the digest of the C from which a stored module was made, None where there is none."""
+def stored_digest() -> str | None:
+    """Return the digest of the C of the stored module, None where there is none."""
     try:
-        text = _DATA.joinpath(f"{name}.json").read_text("utf-8")
+        text = _DATA.joinpath(f"{STORED}.json").read_text("utf-8")
     except OSError:
         return None
     digest: str = json.loads(text)["digest"]

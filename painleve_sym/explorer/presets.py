@@ -14,18 +14,24 @@ def presets(description: Mapping[str, Any]) -> list[dict[str, Any]]:
     The numbers are those of ``claims.toml`` of the paper; a preset that needs a parameter which
     `ModuleSource.description` does not have is left out.
     """
-    own = resources.files(__package__).joinpath("presets.toml")
-    entries = tomllib.loads(own.read_text("utf-8"))["presets"]
-    name = description["mechanism"]["name"]
     known = {q["name"] for q in (*description["states"], *description["parameters"])}
     rows = []
-    for entry in entries:
-        if name not in entry["models"]:
-            continue
+    for entry in _entries(description["mechanism"]["name"]):
         settings = _settings(entry)
         if settings["values"].keys() <= known:
             rows.append({"name": entry["name"], "look": entry["look"], "settings": settings})
     return rows
+
+
+def has_presets(name: str) -> bool:
+    """Return whether a paper has states of the named mechanism."""
+    return bool(_entries(name))
+
+
+def _entries(name: str) -> list[dict[str, Any]]:
+    own = resources.files(__package__).joinpath("presets.toml")
+    entries = tomllib.loads(own.read_text("utf-8"))["presets"]
+    return [entry for entry in entries if name in entry["models"]]
 
 
 def _settings(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -36,6 +42,7 @@ def _settings(entry: Mapping[str, Any]) -> dict[str, Any]:
     settings: dict[str, Any] = {
         "values": values | claims["tables"][entry["table"]]["state"],
         "end": entry["t_end"],
+        "reload": entry["reload"],
     }
     if "row" in entry:
         row = claims["initial_forces"]["rows"][entry["row"]]

@@ -22,7 +22,8 @@ from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import InputError, NoRecurrence
-from painleve_sym.explorer.prebuilt import Laws
+from painleve_sym.explorer.first_map import FirstMap, first_map
+from painleve_sym.explorer.prebuilt import Laws, alternatives
 from painleve_sym.files import finite
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
@@ -31,10 +32,12 @@ from painleve_sym.mechanics.shapes import (
     PLACE,
     Shape,
     contact_geometries,
+    ground_surfaces,
     scene_formulas,
     suggested_shapes,
 )
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.trajectory import DISSIPATIONS, ENERGIES, ENERGY_ROUNDING
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.axes import default_range, parameter_range
 
@@ -55,14 +58,14 @@ class ModuleSource:
 
     @cached_property
     def simulators(self) -> tuple[Simulator, ...]:
-        """The motions of the page: with the law, and rigid where the law is not."""
-        first = Simulator(self.mechanism, self.law)
-        rigid = [] if first.rigid else [Simulator(self.mechanism, RigidLaw())]
-        return (first, *rigid)
+        """The motions of the page: with the law or its alternatives, and rigid where it is not."""
+        laws = alternatives(self.mechanism, self.law)
+        own = tuple(Simulator(self.mechanism, law) for law in laws)
+        return own if own[0].rigid else (*own, Simulator(self.mechanism, RigidLaw()))
 
     @cached_property
     def codes(self) -> tuple[MotionCode, ...]:
-        """The motions as C, named ``motion_1`` and ``motion_2``."""
+        """The motions as C, with ``motion_1``, ``motion_2`` and so on as their names."""
         pairs = enumerate(self.simulators, 1)
         return tuple(_motion_code(f"motion_{i}", simulator) for i, simulator in pairs)
 
@@ -82,16 +85,14 @@ class ModuleSource:
         values = {"name": first.name, "NAME": first.name.upper(), "motion": first.motion_count}
         values["mechanism"] = first.title
         texts["contact.c"] = _filled("contact.c", values)
-        if self._shapes:
-            texts["scene.c"] = _filled("scene.c", values | self._scene_code)
+        texts["scene.c"] = _filled("scene.c", values | self._scene_code)
         return texts
 
     @property
     def units(self) -> tuple[str, ...]:
         """Names of the files to be compiled; motions include theirs."""
         motions = (f"{code.name}.c" for code in self.codes)
-        drawing = ("scene.c",) if self._shapes else ()
-        return (*motions, f"{self.codes[0].name}_contact.c", "contact.c", *drawing)
+        return (*motions, f"{self.codes[0].name}_contact.c", "contact.c", "scene.c")
 
     # ---- the drawing ----
 
@@ -103,19 +104,22 @@ class ModuleSource:
     @cached_property
     def _scene_code(self) -> dict[str, Any]:
         mechanism = self.mechanism
-        geometries = contact_geometries(mechanism).values()
         symbols = (*argument_symbols(mechanism), *PLACE)
-        places = list(scene_formulas(mechanism, self._shapes).values())
-        surfaces = [geometry.surface for geometry in geometries]
+        formulas = {
+            "places": list(scene_formulas(mechanism, self._shapes).values()),
+            "surfaces": list(ground_surfaces(mechanism).values()),
+            "margins": [bound.margin for bound in mechanism.domain],
+        }
         functions = [
-            expression_function("scene_places", places, symbols),
-            expression_function("scene_surfaces", surfaces or [sp.Integer(1)], symbols),
+            expression_function(f"scene_{name}", rows or [sp.Integer(1)], symbols)
+            for name, rows in formulas.items()
         ]
         return {
             "functions": c_functions(functions),
             "own": len(mechanism.outline.parameters),
-            "numbers": len(places),
-            "contacts": len(surfaces),
+            "numbers": len(formulas["places"]),
+            "grounds": len(formulas["surfaces"]),
+            "bounds": len(formulas["margins"]),
             "work": 1 + max(f.sz_w() for f in functions),
         }
 
@@ -123,8 +127,14 @@ class ModuleSource:
     def _scene(self) -> dict[str, Any] | None:
         if not self._shapes:
             return None
-        shapes = [{"kind": str(s.kind), "points": len(s.points)} for s in self._shapes]
-        return {"shapes": shapes, "contacts": list(contact_geometries(self.mechanism))}
+        modes = [mode for body in self.mechanism.system.bodies for mode in body.modes]
+        return {
+            "shapes": [{"kind": str(s.kind), "points": len(s.points)} for s in self._shapes],
+            "declared": bool(self.mechanism.shapes),
+            "contacts": list(contact_geometries(self.mechanism)),
+            "grounds": list(ground_surfaces(self.mechanism)),
+            "deflections": [str(mode.coordinate) for mode in modes],
+        }
 
     @cached_property
     def digest(self) -> str:
@@ -142,7 +152,9 @@ class ModuleSource:
             },
             "states": [self._state(name) for name in mechanism.state_names],
             "parameters": self._parameters(),
-            "over": _axes(mechanism),
+            "over": list(self._first_map.ranges),
+            "contact": self._first_map.contact,
+            "domain": [bound.meaning for bound in mechanism.domain],
             "contacts": [
                 {
                     "name": c.name,
@@ -162,16 +174,30 @@ class ModuleSource:
             "scene": self._scene,
         }
 
+    @cached_property
+    def _first_map(self) -> FirstMap:
+        """The map at first, for the slip of each contact at the start, to the left at rest."""
+        first, mechanism = self.simulators[0], self.mechanism
+        values = {p.name: p.default for p in (*mechanism.outline.parameters, *first.own_parameters)}
+        given = dict.fromkeys(mechanism.state_names, 0.0) | dict(mechanism.start)
+        start, _ = first.prepared(given, values)
+        state = dict(zip(first.outline.state_names, start.state.tolist(), strict=True))
+        slips = (state[row.slip] for row in first.contact.rows)
+        return first_map(mechanism, [1 if slip > 0 else -1 for slip in slips])
+
     def _state(self, name: str) -> dict[str, Any]:
         mechanism = self.mechanism
         meanings = {c.name: c.meaning for c in mechanism.outline.coordinates}
         meanings |= {f"{n}_dot": f"rate of {n}" for n in list(meanings)}
+        shown = self._first_map.ranges
+        usual = default_range(mechanism, name, mechanism.start, mechanism.parameters)
         return {
             "name": name,
             "unit": mechanism.state_units[name],
             "meaning": meanings.get(name, "time of what moves as prescribed"),
             "value": float(mechanism.start.get(name, 0.0)),
-            "range": default_range(mechanism, name, mechanism.start, mechanism.parameters),
+            "range": shown.get(name, usual),
+            "leading": name in shown or bool(mechanism.start.get(name)),
         }
 
     def _parameters(self) -> list[dict[str, Any]]:
@@ -179,7 +205,22 @@ class ModuleSource:
         for code in self.codes:
             declared |= {n: code.declared[n] for n in code.outline.parameter_names}
         own = {p.name for p in self.mechanism.outline.parameters}
-        return [_parameter(p, p.name in own) for p in declared.values()]
+        shown = self._first_map.ranges
+        leading = {c.friction for c in self.mechanism.outline.contacts} | set(shown)
+        speeds = (c.surface_speed.free_symbols for c in self.mechanism.contacts)
+        leading |= {symbol.name for symbols in speeds for symbol in symbols}
+        return [
+            {
+                **_parameter(p, p.name in own, shown.get(p.name)),
+                "leading": p.name in leading or (p.name not in own and _leads(p)),
+            }
+            for p in declared.values()
+        ]
+
+
+def _leads(p: Parameter) -> bool:
+    """Return whether a parameter of a law is among the few that teach first."""
+    return p.unit in STIFFNESSES or p.name.startswith("e_")
 
 
 def _motion_code(name: str, simulator: Simulator) -> MotionCode:
@@ -193,8 +234,14 @@ def _motion_code(name: str, simulator: Simulator) -> MotionCode:
 
 
 def _motion_values(code: MotionCode) -> Mapping[str, Any]:
-    several = bool(code.outline.parts)
+    outline, several = code.outline, bool(code.outline.parts)
+    states, outputs = list(outline.state_names), list(outline.output_names)
+    works = [str(states.index(name)) for name in DISSIPATIONS if name in states]
     return {
+        "energies": ", ".join(str(outputs.index(name)) for name in ENERGIES),
+        "potential": outputs.index("potential_energy"),
+        "dissipations": ", ".join(works),
+        "rounding": repr(float(ENERGY_ROUNDING)),
         "name": code.name,
         "title": code.title,
         "event_contact": "e->contact" if several else "-1",
@@ -215,7 +262,7 @@ def _motion(code: MotionCode) -> dict[str, Any]:
         "law": simulator.label,
         "choices": simulator.choices,
         "engine": code.engine_name,
-        "rigid": bool(simulator.rigid),
+        "rigid": list(simulator.rigid),
         "pressable": not simulator.initial_force_fault(),
         "states": list(code.states),
         "units": [unit_of(name, units) for name in code.states],
@@ -235,9 +282,12 @@ def _motion(code: MotionCode) -> dict[str, Any]:
     }
 
 
-def _parameter(p: Parameter, of_mechanism: bool) -> dict[str, Any]:
+def _parameter(
+    p: Parameter, of_mechanism: bool, ends: tuple[float, float] | None
+) -> dict[str, Any]:
     stiffness = p.unit in STIFFNESSES and p.default > 0
-    ends = (p.default * SOFTER, p.default * STIFFER) if stiffness else parameter_range(p)
+    if ends is None:
+        ends = (p.default * SOFTER, p.default * STIFFER) if stiffness else parameter_range(p)
     return {
         "name": p.name,
         "unit": p.unit,
@@ -253,9 +303,3 @@ def _parameter(p: Parameter, of_mechanism: bool) -> dict[str, Any]:
         "need": p.range_text,
     }
 
-
-def _axes(mechanism: Mechanism) -> tuple[str, str]:
-    """Return the axes of the map at first: an angle with its rate, else the first coordinate."""
-    coordinates = mechanism.outline.coordinates
-    first = next((c for c in coordinates if c.unit == "rad"), coordinates[0]).name
-    return first, f"{first}_dot"

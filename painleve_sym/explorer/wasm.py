@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import functools
+import hashlib
 import importlib.util
 import shutil
 import subprocess
@@ -12,7 +14,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from painleve_sym.codegen.compile import environment
+from painleve_sym.codegen.derivation_cache import read_entry, write_entry
 from painleve_sym.errors import CompileError, CompilerMissing
+from painleve_sym.explorer.prebuilt import STORED
 from painleve_sym.explorer.source import ModuleSource
 
 FLAGS = ("-O2", "-ffp-contract=off", "-mexec-model=reactor", "-Wl,--strip-all")
@@ -24,16 +28,22 @@ _PLACES = ("/usr", "/opt/wasi-sdk/share/wasi-sysroot", "/usr/share/wasi-sysroot"
 
 
 def module(source: ModuleSource) -> bytes:
-    """Return the WebAssembly module of a mechanism with its laws.
+    """Return the WebAssembly module of a mechanism with its laws, from the cache where it is there.
 
     CompilerMissing where neither clang with the C library of WASI nor the package ziglang is
     installed; CompileError where a compiler that works rejects the code.
     """
+    text = "\n".join((*FLAGS, *source.units, *source.files.values()))
+    key = hashlib.sha256(text.encode()).hexdigest()[:40]
+    if stored := read_entry(key):
+        return base64.b64decode(stored["module"])
     command = compiler()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as work:
         for name, text in source.files.items():
             Path(work, name).write_text(text, "utf-8")
-        return _compiled(command, work, source.units)
+        code = _compiled(command, work, source.units)
+    write_entry(key, {"module": base64.b64encode(code).decode("ascii")})
+    return code
 
 
 @functools.cache
@@ -55,7 +65,7 @@ def compiler() -> tuple[str, ...]:
     raise CompilerMissing(
         "no compiler for WebAssembly: looked for clang with wasi-libc, and the package ziglang. "
         "Fix: run pip install 'painleve-sym[web]', or install clang, lld, wasi-libc and "
-        "libclang-rt-dev-wasm32; named mechanisms with their default law need neither."
+        f"libclang-rt-dev-wasm32; the {STORED} with its default law needs neither."
     )
 
 

@@ -31,8 +31,8 @@ class BarMode:
     """One mode φ(s) of a uniform bar of length 1 and mass 1, with ∫φ² ds = 1.
 
     It varies as cos βs with β the wavenumber. `ends` are φ(0) and φ(1), of which the first that is
-    not 0 is positive; `line` are φ at `STATIONS` equally spaced places from end to end. `momentum` is ∫φ ds, `moment` ∫(s − ½) φ ds: angular momentum of bending,
-    stretch of an axial mode.
+    not 0 is positive; `line` are φ at `STATIONS` equally spaced places from end to end. `momentum`
+    is ∫φ ds, `moment` ∫(s − ½) φ ds: angular momentum of bending, stretch of an axial mode.
     """
 
     wavenumber: sp.Expr

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 FORMAT = "painleve-sym trajectory 2"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
 DISSIPATIONS = ("friction_dissipation", "contact_dissipation", "force_dissipation")
-_ROUNDING = 100 * np.finfo(float).eps
+ENERGY_ROUNDING = 100 * np.finfo(float).eps
 """Of the energies: what coordinates of a body at rest carry along from many operations."""
 
 
@@ -555,7 +555,7 @@ class Trajectory:
         memory = np.vstack([self.step_memory, self.final_memory])
         terms = self._balance(states, self._outputs(modes, states, memory))
         total = terms.pop("total")
-        rounding = _ROUNDING * sum(float(np.max(np.abs(v))) for v in terms.values())
+        rounding = ENERGY_ROUNDING * sum(float(np.max(np.abs(v))) for v in terms.values())
         terms["potential_energy"] = terms["potential_energy"] - terms["potential_energy"][0]
         size = max(float(np.max(np.abs(v))) for v in terms.values())
         return float(np.max(np.abs(total - total[0])) / size) if size > rounding else 0.0

@@ -103,6 +103,36 @@ CALLED(${name}_step_time) double ${name}_step_time(int i) {
   return run->steps[i * run->step_width];
 }
 
+/* The largest change of the sum of all energies over the ends of the steps, in parts of the largest
+ * term, the potential energy counted from the start; nan where the end is not finite. */
+CALLED(${name}_energy_residual) double ${name}_energy_residual(void) {
+  static const int of_output[] = {$energies}, of_state[] = {$dissipations};
+  enum { ENERGIES = sizeof of_output / sizeof(int), TERMS = ENERGIES + sizeof of_state / sizeof(int) };
+  double first[TERMS], size[TERMS] = {0}, whole[TERMS] = {0}, start = 0, change = 0, rounding = 0;
+  for (long i = 0; i <= run->step_count; i++) {
+    const double *row = run->steps + i * run->step_width;
+    const int end = i == run->step_count;
+    const double *z = end ? run->memory : row + PS_STEP_HEAD, *x = end ? run->state : z + PS_NZ;
+    double outputs[PS_NO], total = 0;
+    ${name}_outputs(parameters, end ? run->mode : (int)row[2], x, z, outputs);
+    for (int k = 0; k < TERMS; k++) {
+      const double term = k < ENERGIES ? outputs[of_output[k]] : x[of_state[k - ENERGIES]];
+      if (!i) first[k] = k < ENERGIES && of_output[k] == $potential ? term : 0;
+      whole[k] = fmax(whole[k], fabs(term));
+      size[k] = fmax(size[k], fabs(term - first[k]));
+      total += term;
+    }
+    if (!i) start = total;
+    if (!isfinite(total)) return NAN;
+    change = fmax(change, fabs(total - start));
+  }
+  for (int k = 0; k < TERMS; k++) {
+    rounding += $rounding * whole[k];
+    size[0] = fmax(size[0], size[k]);
+  }
+  return size[0] > rounding ? change / size[0] : 0;
+}
+
 /* Sets quantity i: a coordinate, velocity or the clock, or after these a parameter. */
 static void set_quantity(double *x, int i, double value) {
   if (i < PS_GIVEN) x[i] = value;

@@ -42,6 +42,9 @@ export function short(value, digits = 5) {
   return minus(factor === "1" ? `10${raised}` : `${factor}·10${raised}`);
 }
 
+/** A number, or 0 where it is rounding beside numbers of that size. @param {number} value @param {number} size */
+export const settled = (value, size) => (Math.abs(value) < 1e-13 * size ? 0 : value);
+
 /** @param {string} text */
 const minus = (text) => text.replace("-", "−");
 
@@ -59,6 +62,21 @@ export function pretty(name) {
   const dotted = rate ? (letter.length === 1 ? `${letter}\u0307` : `${letter}˙`) : letter;
   return index.length ? `${dotted}_${index.join("_")}` : dotted;
 }
+
+/** A name of the package with its index lowered. @param {string} name */
+export function typeset(name) {
+  const [base, ...index] = pretty(name).split("_");
+  return html("span", {}, base, index.length ? html("sub", {}, index.join(" ")) : null);
+}
+
+/** @typedef {(text: string, word?: string) => any} Term */
+
+/**
+ * Returns a function that marks words of the glossary, each with its meaning.
+ * @param {Object<string, string>} words @returns {Term}
+ */
+export const terms = (words) => (text, word = text) =>
+  words[word] ? html("abbr", { title: words[word] }, text) : text;
 
 /** @type {Object<string, string>} */
 const GREEK = {

@@ -1,29 +1,25 @@
 /** The WebAssembly module of a mechanism: motions, contact problem, maps. It holds every formula. */
 
-/** @typedef {{name: string, unit: string, meaning: string, value: number, range: number[]}} Quantity */
+/** @typedef {{name: string, unit: string, meaning: string, value: number, range: number[],
+ *   leading: boolean}} Quantity */
 /** @typedef {{name: string, sentence: string}} Word */
 /** @typedef {{contact: string, memory: number, local_modes: string[]}} Part */
 /** @typedef {{name: string, law: string, choices: Object<string, string>, engine: string,
- *   rigid: boolean, pressable: boolean, states: string[], units: string[], parameters: string[],
+ *   rigid: number[], pressable: boolean, states: string[], units: string[], parameters: string[],
  *   memory: string[], modes: string[], outputs: {name: string, unit: string}[], events: Word[],
  *   parts: Part[]}} MotionNames */
 /** @typedef {{mechanism: {name: string, title: string, source: string, sketch: string},
- *   states: Quantity[], parameters: any[], over: string[], contacts: any[], cases: Word[],
- *   stops: Word[], motions: MotionNames[],
- *   scene: {shapes: {kind: string, points: number}[], contacts: string[]} | null}} Description */
+ *   states: Quantity[], parameters: any[], over: string[], contact: number, contacts: any[], cases: Word[],
+ *   domain: string[], stops: Word[], motions: MotionNames[],
+ *   scene: {shapes: {kind: string, points: number}[], declared: boolean, contacts: string[],
+ *     grounds: string[], deflections: string[]} | null}} Description */
 /** @typedef {Object<string, number>} Values */
 /** @typedef {{time: number, kind: string, sentence: string, mode_before: string, mode_after: string,
  *   contact: string, before: Values, after: Values, outputs: Values}} Event */
 /** @typedef {{first: string, last: [number, number], count: number}} Axis */
 
-/** Bits of a start that laws, numbers and domain admit. */
-const ADMITTED = 7;
-const FAULTS = [
-  "the contact law does not admit this start: a rigid contact is inside the ground, or a contact " +
-    "that is compressed already was given a force",
-  "the stiffness that follows from the parameters is not a finite number",
-  "the start is outside the domain of the mechanism's model",
-];
+/** Bits of a start that law, numbers and domain admit. */
+const [LAW, FINITE, DOMAIN] = [1, 2, 4];
 
 /** @param {number[]} numbers @param {string[]} names @returns {Values} */
 const named = (numbers, names) => Object.fromEntries(names.map((name, i) => [name, numbers[i]]));
@@ -54,9 +50,25 @@ export class Engine {
     functions._initialize?.();
     this.functions = functions;
     this.description = description;
-    this.motions = description.motions.map((names) => new Motion(functions, names, description));
+    this.motions = description.motions.map((names) => new Motion(this, names));
     // The mechanism's own quantities have the same numbers in every motion.
     this.states = description.states.map((s) => s.name);
+  }
+
+  /**
+   * The motions that a page shows: with the law by that reload rule, and rigid beside it.
+   * @param {{reload: string}} settings
+   */
+  shown({ reload }) {
+    return this.motions.filter((m) => (m.names.choices.reload ?? reload) === reload);
+  }
+
+  /** What is no longer so where a state leaves the domain. @param {Values} values */
+  bound(values) {
+    this.motions[0].set(values);
+    const { domain } = this.description;
+    const margins = Array.from(view(this.functions, this.functions.margins(), domain.length));
+    return domain[margins.indexOf(Math.min(...margins))];
   }
 
   /** The number of a state or parameter in calls that change it. @param {string} name */
@@ -136,34 +148,36 @@ export class Engine {
   }
 
   /**
-   * Returns the points of every shape, and place and normal of every contact that has them.
+   * Returns the points of every shape; place, normal and surface speed of every contact with a place.
    * @param {Values} values @param {Values} state
    */
   scene(values, state) {
     const { shapes, contacts } = this.#drawing();
     this.motions[0].set({ ...values, ...state });
     const at = this.functions.scene();
-    const count = 2 * shapes.reduce((sum, s) => sum + s.points, 0) + 4 * contacts.length;
+    const count = 2 * shapes.reduce((sum, s) => sum + s.points, 0) + 5 * contacts.length;
     const numbers = Array.from(view(this.functions, at, count));
     const pair = () => numbers.splice(0, 2);
     return {
       kinds: shapes.map((s) => s.kind),
       points: shapes.map((s) => Array.from({ length: s.points }, pair)),
-      contacts: contacts.map((name) => ({ name, point: pair(), normal: pair() })),
+      contacts: contacts.map((name) => {
+        return { name, point: pair(), normal: pair(), speed: numbers.splice(0, 1)[0] };
+      }),
     };
   }
 
   /**
-   * Returns, of every contact that has one, its surface's function on a grid, y fastest.
+   * Returns the function of every surface that is ground on a grid, y fastest.
    * @param {Values} values @param {Values} state @param {number[]} xs @param {number[]} ys
    * @param {number} count of points along each side
    */
   surfaces(values, state, xs, ys, count) {
-    const { contacts } = this.#drawing();
+    const { grounds } = this.#drawing();
     this.motions[0].set({ ...values, ...state });
     const at = this.functions.surfaces(xs[0], xs[1], ys[0], ys[1], count);
-    const grid = view(this.functions, at, count * count * contacts.length);
-    return contacts.map((_, k) => grid.filter((_, i) => i % contacts.length === k));
+    const grid = view(this.functions, at, count * count * grounds.length);
+    return grounds.map((_, k) => grid.filter((_, i) => i % grounds.length === k));
   }
 }
 
@@ -194,14 +208,21 @@ function root(values, name, f) {
   return null;
 }
 
+/** Six digits, as messages of commands have them. @param {number} value */
+function percentG(value) {
+  const short = +value.toPrecision(6);
+  return short && Math.abs(short) < 1e-4 ? short.toExponential() : String(short);
+}
+
 /** One motion: the mechanism with one law. */
 export class Motion {
-  /** @param {any} functions @param {MotionNames} names @param {Description} description */
-  constructor(functions, names, description) {
+  /** @param {Engine} engine @param {MotionNames} names */
+  constructor(engine, names) {
+    const { functions, description } = engine;
+    this.engine = engine;
     this.names = names;
     this.description = description;
     this.memory = functions.memory;
-    this.all = functions;
     const prefix = `${names.name}_`;
     /** @type {any} */
     this.functions = Object.fromEntries(
@@ -245,7 +266,32 @@ export class Motion {
   start(values, force) {
     this.set(values);
     const bits = this.functions.complete(force === null || !this.names.pressable ? -1 : force);
-    return FAULTS.filter((_, i) => !(bits & (1 << i) & ADMITTED)).join("; ");
+    if (!(bits & DOMAIN)) return `the start is outside the model: ${this.engine.bound(values)}`;
+    if (!(bits & FINITE)) return "the stiffness that follows from the parameters is not finite";
+    return bits & LAW ? "" : this.#refusal();
+  }
+
+  /** Why the law does not admit the start that was just written. */
+  #refusal() {
+    const { contacts } = this.description;
+    const state = this.state();
+    for (const i of this.names.rigid) {
+      const { name, bilateral, gap, gap_rate } = contacts[i];
+      const several = contacts.length > 1;
+      const [distance, rate] = [`gap = ${percentG(state[gap])} m`, percentG(state[gap_rate])];
+      if (bilateral && (state[gap] || state[gap_rate])) {
+        return `${several ? `the bilateral contact '${name}'` : "a bilateral contact"} holds its ` +
+          `point: got ${distance} and normal velocity ${rate} m/s, need both 0. ` +
+          "Fix: start on the guide and along it";
+      }
+      if (!bilateral && state[gap] < 0) {
+        return `${several ? `contact '${name}' starts` : "the start is"} inside the ground, ` +
+          `${distance}, and a rigid contact has no compression. ` +
+          "Fix: start with gap >= 0, or give a compliant law";
+      }
+    }
+    return `initial_force: got a start with gap ${state[contacts[0].gap]}, need 0. ` +
+      "Fix: give the force or the compression, not both";
   }
 
   /**
@@ -256,9 +302,10 @@ export class Motion {
    */
   run(values, force, { end, rtol, maxSteps, maxEvents }) {
     const fault = this.start(values, force);
-    if (fault) return new Run(this, fault, 0);
+    if (fault) return new Run(this, values, fault, 0);
     const count = this.functions.follow(end, rtol, maxSteps, maxEvents, 0, 1);
-    return new Run(this, count < 0 ? "the browser has no memory left for this motion" : "", count);
+    const full = count < 0 ? "the browser has no memory left for this motion" : "";
+    return new Run(this, values, full, count);
   }
 
   /** The bits of kinds of events. @param {string[]} kinds */
@@ -279,7 +326,7 @@ export class Motion {
     const at = this.functions.outcomes(
       ...[a, range[0], range[1], count, b, value, press, end, rtol, maxSteps, this.bits(until)],
     );
-    return Array.from(view(this.all, at, count), (code) => this.#outcome(code));
+    return Array.from(view(this.engine.functions, at, count), (code) => this.#outcome(code));
   }
 
   /** @param {number} code */
@@ -332,7 +379,7 @@ export class Motion {
     };
   }
 
-  /** What the last run ended with: `follow` has just written it. */
+  /** What the last run ended with, `follow` has just written it, and the change of its energy. */
   end() {
     const { states, memory } = this.names;
     const numbers = this.#read(this.numbers);
@@ -345,6 +392,7 @@ export class Motion {
       mode: this.modeName(mode, rest.slice(0, memory.length)),
       state: named(numbers.slice(4), states),
       outputs: named(rest.slice(memory.length), this.outputNames),
+      residual: this.functions.energy_residual(),
     };
   }
 
@@ -356,9 +404,10 @@ export class Motion {
 
 /** A motion that was followed; it is that of its `Motion` until the next. */
 export class Run {
-  /** @param {Motion} motion @param {string} fault @param {number} count */
-  constructor(motion, fault, count) {
+  /** @param {Motion} motion @param {Values} values @param {string} fault @param {number} count */
+  constructor(motion, values, fault, count) {
     this.motion = motion;
+    this.values = values;
     this.fault = fault;
     /** @type {Event[]} */
     this.events = [];

@@ -4,20 +4,27 @@ import { Frame, WIDTH, HEIGHT, html, pretty, short, svg, withUnit, zeros } from 
 
 /** @typedef {import("./settings.js").Settings} Settings */
 
-/** Colour and words of each case and outcome. @type {Object<string, [string, string]>} */
-const LEGEND = {
+/** Colour and words of each case, and of each outcome. @type {Object<string, [string, string]>} */
+const CASES = {
   slip: ["--slip", "slip: one solution"],
   liftoff: ["--liftoff", "lift-off: one solution"],
   inconsistent: ["--none", "no solution"],
   indeterminate: ["--two", "two solutions"],
   outside: ["--outside", "outside the model"],
-  open: ["--liftoff", "lifts off at once"],
-  separation: ["--liftoff-2", "is pressed, then separates"],
-  liftoff_event: ["--liftoff", "lifts off"],
-  slip_stop: ["--none", "the slip stops"],
-  "no event": ["--slip", "slides to the end"],
 };
-const OTHERS = ["--two", "--other-1", "--other-2", "--outside"];
+/** @type {Object<string, [string, string]>} */
+const OUTCOMES = {
+  open: ["--opens", "lifts off at once"],
+  separation: ["--parts", "pressed into the ground, then released"],
+  liftoff: ["--parts", "lifts off later"],
+  slip_stop: ["--stops", "the slip stops"],
+  "no event": ["--slides", "slides to the end"],
+  left_domain: ["--leaves", "leaves the model"],
+  outside: ["--outside", "outside the model"],
+};
+const OTHERS = ["--other-1", "--other-2", "--other-3"];
+/** Part of a map that its point keeps from the edge. */
+const ROOM = 0.1;
 
 /** Kinds of events that decide what follows from a start. */
 export const DECIDING = [
@@ -46,16 +53,28 @@ export function caseOf(A, B, pull) {
   return (A < 0 && B > 0) || (A === 0 && B === 0) ? "indeterminate" : "liftoff";
 }
 
+/**
+ * The range of an axis, wider where the point of the map would be at its edge or beyond.
+ * @param {any} quantity @param {number} value
+ */
+export function rangeAround({ range: [low, high], lower, upper }, value) {
+  const room = ROOM * (high - low);
+  const ends = [value < low + room / 2 ? value - room : low, value > high - room / 2 ? value + room : high];
+  // Where the range ends at a bound of the quantity, there is nothing beyond.
+  return [Math.max(ends[0], Math.min(low, lower ?? -Infinity)), Math.min(ends[1], Math.max(high, upper ?? Infinity))];
+}
+
 export class MapView {
   /**
    * @param {import("./engine.js").Engine} engine
    * @param {(change: Partial<Settings>) => void} change
-   * @param {Element} root
+   * @param {Element} root @param {import("./draw.js").Term} term
    */
-  constructor(engine, change, root) {
+  constructor(engine, change, root, term) {
     this.engine = engine;
     this.change = change;
     this.root = root;
+    this.term = term;
     this.key = "";
     this.turn = 0;
     this.held = false;
@@ -84,6 +103,10 @@ export class MapView {
     );
     this.legend = html("ul", { class: "legend" });
     this.note = html("p", { class: "note", role: "status" });
+    const { domain } = engine.description;
+    // Where in the domain it ends is not said of a region.
+    const ends = [...new Set(domain.map((meaning) => meaning.replace(/ at .*/, "")))].join(" or ");
+    this.outcomes = { ...OUTCOMES, ...(ends && { left_domain: ["--leaves", ends] }) };
     this.choices = [0, 1].map((i) => this.#axis(i));
     const kinds = [["contact", "rigid contact"], ["outcomes", `outcomes of ${RUNS}² motions`]];
     this.kinds = kinds.map(([value, text]) => {
@@ -122,11 +145,7 @@ export class MapView {
 
   /** @param {string} name */
   #range(name) {
-    const quantity = this.quantities.find((q) => q.name === name);
-    const value = this.settings.values[name];
-    const [low, high] = quantity.range;
-    // The point is always on its map.
-    return [Math.min(low, value), Math.max(high, value)];
+    return rangeAround(this.quantities.find((q) => q.name === name), this.settings.values[name]);
   }
 
   /** @param {Settings} settings @param {any} problem */
@@ -141,7 +160,8 @@ export class MapView {
     delete held[b];
     const slip = problem.slip || -1;
     const ranges = [this.#range(a), this.#range(b)];
-    const own = settings.map === "contact" ? [slip] : [settings.end, settings.force];
+    const { end, force, reload } = settings;
+    const own = settings.map === "contact" ? [slip] : [end, force, reload];
     const key = JSON.stringify([settings.over, settings.map, settings.contact, held, ranges, own]);
     if (key !== this.key) {
       this.key = key;
@@ -180,18 +200,20 @@ export class MapView {
     );
     const bilateral = this.engine.description.contacts[contact].bilateral;
     const words = Array.from(push, (A, i) => caseOf(A, B[i], bilateral ? pull[i] : null));
-    this.#paint(words, POINTS, LEGEND);
+    this.#paint(words, POINTS, CASES);
     const fields = [["A", push], ["B", B], ...(bilateral ? [["A in pull", pull]] : [])];
     for (const [i, [name, grid]] of fields.entries()) {
       const pieces = zeros((p, q) => /** @type {any} */ (grid)[p * POINTS + q], POINTS, POINTS);
       if (!pieces.length) continue;
       const d = pieces.map((piece) => this.frame.path(piece.map((end) => this.#ofGrid(end)))).join("");
       this.lines.append(svg("path", { d, class: `zero zero-${i}` }));
-      this.legend.append(this.#entry(`line zero-${i}`, "", `${name} = 0`));
+      this.legend.append(this.#entry(`line zero-${i}`, "", `${name} = 0`, /** @type {string} */ (name)));
     }
+    const { name } = this.engine.description.contacts[contact];
+    const several = this.engine.description.contacts.length > 1;
     this.note.textContent =
-      `Taken as closed, for slips to the ${slip < 0 ? "left" : "right"}` +
-      `${this.engine.description.contacts.length > 1 ? ", the other contacts open" : ""}.`;
+      `Drawn as if ${several ? `${name} alone` : "the contact"} were closed and ` +
+      `slid to the ${slip < 0 ? "left" : "right"}.`;
   }
 
   /** @param {number[]} place */
@@ -204,11 +226,11 @@ export class MapView {
   /** Fills the map column by column, so that the page stays responsive. @param {number} turn */
   async #outcomes(turn) {
     const { engine, settings, frame } = this;
-    const [motion] = engine.motions;
+    const [motion] = engine.shown(settings);
     const words = new Array(RUNS * RUNS).fill("outside");
     const [a, b] = settings.over.map((name) => engine.index(name));
     const options = { end: settings.end, rtol: LOOSE, maxSteps: 2000 };
-    const until = DECIDING.filter((k) => k !== "liftoff" || motion.names.rigid);
+    const until = DECIDING.filter((k) => k !== "liftoff" || motion.names.rigid.length);
     let [spent, since] = [0, performance.now()];
     for (let i = 0; i < RUNS; i++) {
       const x = frame.x[0] + ((frame.x[1] - frame.x[0]) * i) / (RUNS - 1);
@@ -220,7 +242,7 @@ export class MapView {
       const now = performance.now();
       if (now - since < PORTION && i < RUNS - 1) continue;
       spent += now - since;
-      this.#paint(words, RUNS, LEGEND);
+      this.#paint(words, RUNS, this.outcomes);
       this.note.textContent =
         `${(i + 1) * RUNS} motions with the law ${motion.names.law} until ` +
         `t = ${short(settings.end)} s, computed in ${short(spent / 1000, 2)} s.`;
@@ -233,14 +255,14 @@ export class MapView {
     motion.set(settings.values);
   }
 
-  /** @param {string} style @param {string} colour @param {string} text */
-  #entry(style, colour, text) {
+  /** @param {string} style @param {string} colour @param {string} text @param {string} [word] */
+  #entry(style, colour, text, word) {
     const swatch = html("span", { class: `swatch ${style}`, "aria-hidden": "true" });
     if (colour) swatch.style.background = `var(${colour})`;
-    return html("li", {}, swatch, text);
+    return html("li", {}, swatch, this.term(text, word));
   }
 
-  /** @param {string[]} words @param {number} count @param {Object<string, [string, string]>} legend */
+  /** @param {string[]} words @param {number} count @param {any} legend words and colours */
   #paint(words, count, legend) {
     const canvas = document.createElement("canvas");
     canvas.width = canvas.height = count;
@@ -252,7 +274,7 @@ export class MapView {
     let others = 0;
     for (const [i, word] of words.entries()) {
       const own = (known[word] ??= (() => {
-        const [colour, text] = legend[word] ?? [OTHERS[Math.min(others++, 3)], word.replaceAll("_", " ")];
+        const [colour, text] = legend[word] ?? [OTHERS[others++ % OTHERS.length], word.replaceAll("_", " ")];
         const digits = style.getPropertyValue(colour).trim().slice(1);
         const rgb = [0, 2, 4].map((k) => parseInt(digits.slice(k, k + 2), 16));
         return { colour, text, rgb, count: 0 };
@@ -266,9 +288,9 @@ export class MapView {
     this.counts = Object.fromEntries(Object.entries(known).map(([w, k]) => [w, k.count]));
     this.figure.dataset.counts = JSON.stringify(this.counts);
     this.legend.replaceChildren(
-      ...Object.values(known).map((k) => {
+      ...Object.entries(known).map(([word, k]) => {
         const part = short((100 * k.count) / words.length, 2);
-        return this.#entry("", k.colour, `${k.text} (${part} %)`);
+        return this.#entry("", k.colour, `${k.text} (${part} %)`, word.replaceAll("_", " "));
       }),
     );
   }
@@ -311,7 +333,7 @@ export class MapView {
       [this.frame.x, this.frame.y].map((range, i) => {
         const value = this.settings.values[this.settings.over[i]];
         const next = value + move[i] * part * (range[1] - range[0]);
-        return +Math.min(range[1], Math.max(range[0], next)).toPrecision(12);
+        return +Math.min(range[1], Math.max(range[0], next)).toPrecision(5);
       }),
     );
   }

@@ -1,39 +1,105 @@
 /** Motions over time: animation of the mechanism, forces, events, and the jump beside them. */
 
 import { Clock } from "./clock.js";
-import { Frame, WIDTH, HEIGHT, html, pretty, short, span, svg } from "./draw.js";
-import { Scene } from "./scene.js";
+import { Frame, WIDTH, HEIGHT, html, pretty, settled, short, span, svg } from "./draw.js";
+import { Scene, magnification, windowOf } from "./scene.js";
+
+/** @typedef {import("./draw.js").Term} Term */
+/** @typedef {import("./engine.js").Run} Run */
 
 /** Seconds that an animation lasts, and still pictures in its place where motion is unwanted. */
 const LASTS = 8;
 const STILLS = 12;
 const SAMPLES = 500;
 const FRAMES = 24;
+/** Events with a line of their own among the forces, and those with a number. */
+const [LINES, NUMBERED] = [60, 12];
+/** Times the relative tolerance that the energy may change before a notice says so. */
+const ENERGY_LIMIT = 1e3;
+
+/** @type {Object<string, string>} */
+const MODES = {
+  slip_neg: "slip to the left",
+  slip_pos: "slip to the right",
+  flight_indented: "flight, indented",
+};
+
+/** Words of a mode for readers, each with its meaning. @param {string} mode @param {Term} term */
+export const modeWords = (mode, term) =>
+  mode.split(", ").map((own, i) => {
+    const [, contact, words] = /** @type {string[]} */ (/^(.*: )?(.*)$/.exec(own));
+    const parts = words.split("/").map((part, k) => {
+      const text = part.replaceAll("_", " ");
+      return [k ? ", " : "", term(MODES[part] ?? text, text)];
+    });
+    return [i ? "; " : "", contact ?? "", parts];
+  });
+
+/** What a motion is called, and with its law. @param {Run} run */
+const kindOf = ({ motion: { names } }) => (names.rigid.length ? "rigid" : "compliant");
+
+/**
+ * What to know of a run that did not simply end: sentences of faults, and of what is ordinary.
+ * @param {Run} run @param {number} rtol
+ */
+export function remarks(run, rtol) {
+  const [kind, { end, fault, motion }] = [kindOf(run), run];
+  /** @type {{faults: string[], notes: string[]}} */
+  const said = { faults: [], notes: [] };
+  if (fault || !end) {
+    said.faults.push(`${kind}: ${fault}.`);
+    return said;
+  }
+  const { stop, time, residual } = end;
+  const at = `${kind}: the motion ends at t = ${short(time)} s`;
+  if (stop.name === "left_domain") {
+    said.notes.push(`${at}: ${motion.engine.bound({ ...run.values, ...end.state })}.`);
+  } else if (stop.name.endsWith("_limit")) {
+    const what = stop.name.replace("_limit", "s");
+    said.faults.push(`${at}: the page follows no more ${what}. Fix: end earlier, or use painleve simulate.`);
+  } else if (!["t_end", "until"].includes(stop.name)) said.faults.push(`${at}: ${stop.sentence}.`);
+  const gains = run.events.filter((e) => e.kind === "reload")
+    .map((e) => e.before.contact_dissipation - e.after.contact_dissipation).filter((gain) => gain > 0);
+  if (gains.length) {
+    const count = gains.length === 1 ? "1 reload creates" : `${gains.length} reloads create`;
+    said.notes.push(`${kind}: ${count} ${short(gains.reduce((a, b) => a + b), 3)} J by the reload rule ` +
+      `${motion.names.choices.reload}, which is thermodynamically inadmissible.`);
+  }
+  if (residual <= ENERGY_LIMIT * rtol) {
+    said.notes.push(`${kind}: the energy balance closes to ${short(residual, 2)}.`);
+  } else {
+    said.faults.push(`${kind}: the energy balance is off by ${short(100 * residual, 2)} %: ` +
+      "forces and states hold, works do not.");
+  }
+  return said;
+}
 
 export class MotionView {
   /**
    * @param {import("./engine.js").Engine} engine
-   * @param {(change: any) => void} change
+   * @param {(change: any) => void} change @param {Term} term @param {number} rtol
    */
-  constructor(engine, change) {
+  constructor(engine, change, term, rtol) {
     this.engine = engine;
     this.change = change;
+    this.term = term;
+    this.rtol = rtol;
     this.playing = false;
     // Set by the first update.
     this.clock = /** @type {Clock} */ (/** @type {unknown} */ (null));
     this.frame = /** @type {Frame} */ (/** @type {unknown} */ (null));
     /** @type {any} */
     this.settings = null;
-    /** @type {import("./engine.js").Run[]} */
+    /** @type {Run[]} */
     this.runs = [];
     /** @type {any} */
     this.box = null;
+    this.bent = 1;
     this.largest = 0;
     this.cursor = svg("path", { class: "cursor" });
-    this.labels = engine.motions.map((m) => (m.names.rigid ? "rigid" : `compliant (${m.names.law})`));
-    const { scene } = engine.description;
-    const titles = engine.motions.map((m) => (m.names.rigid ? "rigid" : "compliant"));
-    this.scenes = scene ? titles.map((title, i) => new Scene(engine, i, title)) : [];
+    const { motions, scene } = engine.description;
+    const titles = [...new Set(motions.map((m) => (m.rigid.length ? "rigid" : "compliant")))];
+    this.scenes = scene ? titles.map((title) => new Scene(engine, title, term)) : [];
     this.button = html("button", { type: "button", onclick: () => this.#toggle() }, "Play");
     this.scrub = html("input", {
       ...{ type: "range", min: 0, max: 1, step: 0.001, "aria-label": "time of the animation" },
@@ -47,53 +113,59 @@ export class MotionView {
     this.figure = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" });
     this.legend = html("ul", { class: "legend" });
     this.faults = html("div", { role: "alert" });
-    const missing = html("p", { class: "note" },
-      "This mechanism has neither shapes nor bodies, so it is not drawn; everything else works. " +
-        "[[shapes]] in its file says how to draw it.");
+    this.notes = html("div", { class: "note", role: "status" });
     this.element = html(
       "div",
-      {},
+      { class: "motion" },
       this.faults,
-      scene ? html("div", { class: "pair" }, this.scenes.map((s) => s.element)) : missing,
-      html("div", { class: "row" }, this.button, this.scrub, this.time),
-      html("label", { class: "row" }, "magnify impacts ", this.magnify),
-      this.figure,
-      this.legend,
+      html("div", {},
+        html("div", { class: "pair" }, this.scenes.map((s) => s.element)),
+        html("div", { class: "row" }, this.button, this.scrub, this.time),
+        html("label", { class: "row" }, "magnify short times ", this.magnify),
+        this.notes),
+      html("div", {}, this.figure, this.legend),
     );
   }
 
-  /** @param {any} settings @param {import("./engine.js").Run[]} runs */
+  /** @param {any} settings @param {Run[]} runs */
   update(settings, runs) {
     this.settings = settings;
     this.runs = runs;
     this.magnify.value = settings.magnify;
-    const sentences = runs.flatMap((run, i) => this.#fault(run, this.labels[i]));
-    this.faults.replaceChildren(...sentences.map((s) => html("p", { class: "fault" }, s)));
     const longest = runs.reduce((a, b) => ((b.end?.time ?? 0) > (a.end?.time ?? 0) ? b : a));
     const busiest = runs.reduce((a, b) => (b.times.length > a.times.length ? b : a));
     const end = longest.end?.time ?? 0;
     const times = [...busiest.times.filter((t) => t < end), end];
     this.clock = new Clock(end > 0 ? times : [0, 1], settings.magnify);
     this.#window();
+    this.#say();
     this.#forces();
     this.#show(settings.at, false);
   }
 
-  /** @param {import("./engine.js").Run} run @param {string} label */
-  #fault(run, label) {
-    if (run.fault) return [`${label}: ${run.fault}.`];
-    const { stop, time } = /** @type {any} */ (run.end);
-    if (["t_end", "until"].includes(stop.name)) return [];
-    return [`${label}: the motion ends at t = ${short(time)} s: ${stop.sentence}.`];
+  #say() {
+    const all = this.runs.map((run) => remarks(run, this.rtol));
+    const { scene } = this.engine.description;
+    const notes = all.flatMap((r) => r.notes);
+    if (this.bent > 1) notes.unshift(`Deflections are drawn ${short(this.bent)} times as large.`);
+    if (!scene) notes.unshift("This mechanism has neither shapes nor bodies, so it is not drawn.");
+    if (!scene?.declared && (!scene || scene.shapes.some((s) => s.kind === "dot"))) {
+      notes.unshift("[[shapes]] in the mechanism's file say how it looks.");
+    }
+    const paragraphs = (/** @type {string[]} */ sentences, /** @type {string} */ style) =>
+      sentences.map((s) => html("p", { class: style }, s));
+    this.faults.replaceChildren(...paragraphs(all.flatMap((r) => r.faults), "fault"));
+    this.notes.replaceChildren(...paragraphs(notes, ""));
   }
 
   #window() {
     if (!this.scenes.length) return;
     const states = this.runs.flatMap((run) => {
       const parts = Array.from({ length: FRAMES + 1 }, (_, i) => i / FRAMES);
-      return run.end ? parts.map((p) => run.at(this.clock.time(p))?.state).filter(Boolean) : [];
+      return parts.flatMap((p) => [run.at(this.clock.time(p))?.state ?? []].flat());
     });
-    this.box = Scene.window(this.engine, this.settings.values, states);
+    this.bent = magnification(this.engine, this.settings.values, states);
+    this.box = windowOf(this.engine, this.settings.values, states, this.bent);
   }
 
   // ---- forces over time ----
@@ -108,32 +180,37 @@ export class MotionView {
       const moments = parts.map((p) => (this.clock.time(p) <= own ? run.at(this.clock.time(p)) : null));
       for (const name of run.motion.outputNames.filter((n) => /^(normal|tangential)_force/.test(n))) {
         const points = parts.map((p, k) => [p, moments[k] ? moments[k].outputs[name] : NaN]);
-        const contact = this.engine.description.contacts.findIndex((c) => name.endsWith(`_${c.name}`));
+        const { contacts } = this.engine.description;
+        const contact = contacts.findIndex((c) => name.endsWith(`_${c.name}`));
         const kind = name.startsWith("normal") ? "normal" : "tangential";
-        const style = `${kind} motion-${i} contact-${contact}`;
-        const label = `${name.replace("normal_force", "F_n").replace("tangential_force", "F_t")}`;
-        curves.push({ label: `${label}, ${this.labels[i]}`, style, points });
+        const of = contact < 0 ? "" : ` of ${contacts[contact].name}`;
+        const label = `${kind === "normal" ? "F_n" : "F_t"}${of}, ${kindOf(run)}`;
+        curves.push({ label, style: `${kind} motion-${i} contact-${contact}`, points });
       }
     }
     const values = curves.flatMap((c) => c.points.map((p) => p[1]));
     this.largest = Math.max(...values.filter(Number.isFinite).map(Math.abs), 0);
-    const frame = new Frame([0, 1], span(values));
+    const frame = new Frame([0, 1], this.largest ? span(values) : [0, 1]);
     this.frame = frame;
     const marks = [0, 0.25, 0.5, 0.75, 1].map((at) => ({ at, text: short(this.clock.time(at), 3) }));
     const main = this.runs.find((run) => run.end);
-    const events = main ? main.events.slice(0, 60) : [];
+    const events = main ? main.events.slice(0, LINES) : [];
+    const time = this.settings.magnify ? "time (s), magnified where it is short" : "time (s)";
+    const { x, y, width, height } = frame.inside;
+    const middle = { x: x + width / 2, y: y + height / 2, "text-anchor": "middle" };
     this.figure.replaceChildren(
-      frame.axes("time (s)", "force (N)", marks),
+      frame.axes(time, "force (N)", marks),
       ...events.map((e, i) => {
         const at = this.clock.part(e.time);
         const d = frame.path([[at, frame.y[0]], [at, frame.y[1]]]);
         const text = `${e.kind.replaceAll("_", " ")} at ${short(e.time)} s`;
-        return svg("g", { class: "event" }, svg("path", { d }), svg("title", {}, text), events.length > 12
-          ? null
-          // Numbers of near events stand on two lines.
-          : svg("text", { x: frame.left(at), y: i % 2 ? 28 : 19, "text-anchor": "middle" }, i + 1));
+        // Numbers of near events stand on two lines.
+        const place = { x: frame.left(at), y: i % 2 ? 28 : 19, "text-anchor": "middle" };
+        return svg("g", { class: "event" }, svg("path", { d }), svg("title", {}, text),
+          events.length > NUMBERED ? null : svg("text", place, i + 1));
       }),
       ...curves.map((c) => svg("path", { d: frame.path(c.points), class: `curve ${c.style}` })),
+      ...(this.largest ? [] : [svg("text", middle, "no contact force until the end")]),
       this.cursor,
     );
     this.figure.setAttribute(
@@ -188,7 +265,9 @@ export class MotionView {
     const { y, height } = this.frame.inside;
     this.cursor.setAttribute("d", `M${x} ${y}v${height}`);
     this.scenes.forEach((scene, i) => {
-      scene.update(this.settings.values, this.runs[i].at(t), this.box, this.largest);
+      const moment = this.runs[i].at(t);
+      const mode = moment && html("span", {}, modeWords(moment.mode, this.term));
+      scene.update(this.settings.values, moment, this.box, this.largest, this.bent, mode);
     });
     if (kept) this.change({ at: part });
   }
@@ -196,71 +275,75 @@ export class MotionView {
 
 /** Tables of the events of both motions, and of the velocities before and after. */
 export class EventView {
-  /** @param {import("./engine.js").Engine} engine @param {string[]} labels */
-  constructor(engine, labels) {
+  /** @param {import("./engine.js").Engine} engine @param {Term} term */
+  constructor(engine, term) {
     this.engine = engine;
-    this.labels = labels;
-    this.jump = html("div", { class: "wide", tabindex: 0, role: "region",
-      "aria-label": "velocities before and after" });
-    this.tables = labels.map((label) => html("div", { class: "wide", tabindex: 0, role: "region",
-      "aria-label": `events, ${label}` }));
-    this.element = html("div", {}, this.jump, ...this.tables);
+    this.term = term;
+    this.speeds = engine.states.filter((n) => n.endsWith("_dot"));
+    this.element = html("div", {});
   }
 
-  /** @param {any} settings @param {import("./engine.js").Run[]} runs */
+  /** @param {any} settings @param {Run[]} runs */
   update(settings, runs) {
-    const hit = runs.some((run) => !run.fault && afterImpact(run));
-    this.jump.hidden = !hit;
-    this.jump.replaceChildren(...(hit ? [this.#velocities(settings, runs)] : []));
-    runs.forEach((run, i) => this.tables[i].replaceChildren(this.#events(run, this.labels[i])));
+    const jump = runs.some((run) => !run.fault && afterImpact(run));
+    this.element.replaceChildren(
+      ...(jump ? [scrolled("velocities before and after", this.#velocities(settings, runs))] : []),
+      ...runs.filter((run) => run.end).map((run) => scrolled(`events, ${kindOf(run)}`, this.#events(run))),
+    );
   }
 
-  /** @param {import("./engine.js").Run} run @param {string} label */
-  #events(run, label) {
+  /** @param {Run} run */
+  #events(run) {
     const forces = run.motion.outputNames.filter((n) => n.startsWith("normal_force"));
-    const speeds = this.engine.states.filter((n) => n.endsWith("_dot"));
-    const head = ["", "time (s)", "event", "mode after", ...forces.map((f) => `${f.replace("normal_force", "F_n")} (N)`)];
+    const head = ["", "time (s)", "event", "mode after",
+      ...forces.map((f) => `${f.replace("normal_force", "F_n")} (N)`),
+      ...this.speeds.map((s) => `${pretty(s)} after`)];
     const rows = run.events.slice(0, 200).map((e, i) => [
       String(i + 1),
-      number(e.time, "time"),
-      `${e.kind.replaceAll("_", " ")}${e.contact ? ` (${e.contact})` : ""}`,
-      e.mode_after.replaceAll("_", " "),
-      ...forces.map((f) => number(e.outputs[f], f)),
-      ...speeds.map((s) => number(e.after[s], s)),
+      [e.time],
+      [this.#word(e.kind, e.sentence), e.contact ? ` (${e.contact})` : ""],
+      modeWords(e.mode_after, this.term),
+      ...forces.map((f) => [e.outputs[f]]),
+      ...this.speeds.map((s) => [e.after[s]]),
     ]);
     const { end } = run;
     if (end) {
-      rows.push([
-        "",
-        number(end.time, "time"),
-        `end: ${end.stop.name.replaceAll("_", " ")}`,
-        end.mode.replaceAll("_", " "),
-        ...forces.map((f) => number(end.outputs[f], f)),
-        ...speeds.map((s) => number(end.state[s], s)),
-      ]);
+      rows.push(["", [end.time], ["end: ", this.#word(end.stop.name, end.stop.sentence)],
+        modeWords(end.mode, this.term), ...forces.map((f) => [end.outputs[f]]),
+        ...this.speeds.map((s) => [end.state[s]])]);
     }
-    return table(`Events, ${label}`, [...head, ...speeds.map((s) => `${pretty(s)} after`)], rows);
+    const names = ["", "time", "", "", ...forces, ...this.speeds];
+    return table(`Events, ${kindOf(run)}`, head, rows, names);
   }
 
-  /** @param {any} settings @param {import("./engine.js").Run[]} runs */
+  /** A kind with its sentence. @param {string} name @param {string} sentence */
+  #word(name, sentence) {
+    return html("abbr", { title: sentence }, name.replaceAll("_", " "));
+  }
+
+  /** @param {any} settings @param {Run[]} runs */
   #velocities(settings, runs) {
-    const speeds = this.engine.states.filter((n) => n.endsWith("_dot"));
-    const rows = [["before", ...speeds.map((s) => number(settings.values[s], s))]];
-    for (const [i, run] of runs.entries()) {
+    const rows = [["before", ...this.speeds.map((s) => [settings.values[s]])]];
+    for (const run of runs) {
       const after = afterImpact(run);
-      if (after) rows.push([`${this.labels[i]}: ${after.text}`, ...speeds.map((s) => number(after.state[s], s))]);
-      else rows.push([`${this.labels[i]}: ${run.fault ? "not computed" : "no impact"}`, ...speeds.map(() => "")]);
+      const text = after?.text ?? (run.fault ? "not computed" : "no impact");
+      rows.push([`${kindOf(run)}: ${text}`, ...this.speeds.map((s) => (after ? [after.state[s]] : ""))]);
     }
-    return table("Velocities before and after the first impact", ["", ...speeds.map(pretty)], rows, true);
+    const head = ["", ...this.speeds.map(pretty)];
+    return table("Velocities before and after the first impact", head, rows, ["", ...this.speeds]);
   }
 }
+
+/** A region that scrolls by itself, also by keys. @param {string} label @param {any} content */
+const scrolled = (label, content) =>
+  html("div", { class: "wide", tabindex: 0, role: "region", "aria-label": label }, content);
 
 /**
  * The state after the first impact of a run: where it ends, or where the contact force ends.
  * @param {import("./engine.js").Run} run
  */
 export function afterImpact(run) {
-  if (run.motion.names.rigid) {
+  if (run.motion.names.rigid.length) {
     const own = (/** @type {string[]} */ ...kinds) => run.events.find((e) => kinds.includes(e.kind));
     const end = own("impact_end", "tangential_impact") ?? own("impact");
     return end ? { text: "after the jump", state: end.after } : null;
@@ -269,18 +352,29 @@ export function afterImpact(run) {
   return parted ? { text: `at separation, t = ${short(parted.time)} s`, state: parted.after } : null;
 }
 
-/** @param {number} value @param {string} name */
-const number = (value, name) => html("data", { value, "data-name": name }, short(value, 6));
-
-/** @param {string} title @param {string[]} head @param {any[][]} rows @param {boolean} [named] */
-function table(title, head, rows, named = false) {
+/**
+ * A table. A cell of one number is an array of it; the others are texts or elements.
+ * @param {string} title @param {any[]} head @param {any[][]} rows @param {string[]} names
+ */
+function table(title, head, rows, names) {
+  const isNumber = (/** @type {any} */ cell) => Array.isArray(cell) && typeof cell[0] === "number";
+  // What is rounding beside the largest velocity is shown as 0.
+  const speeds = rows.map((row) => row.filter((cell, k) => isNumber(cell) && names[k].endsWith("_dot")));
+  const largest = Math.max(0, ...speeds.flat(2).map(Math.abs));
+  const content = (/** @type {any} */ cell, /** @type {number} */ k) => {
+    if (!isNumber(cell)) return cell;
+    const value = names[k].endsWith("_dot") ? settled(cell[0], largest) : cell[0];
+    return html("data", { value: cell[0], "data-name": names[k] }, short(value, 6));
+  };
+  // The first column names the rows where it is a text of words.
+  const named = (/** @type {any} */ cell, /** @type {number} */ k) => !k && /[a-z]/.test(cell);
   return html(
     "table",
     {},
     html("caption", {}, title),
     html("thead", {}, html("tr", {}, head.map((h) =>
       h ? html("th", { scope: "col" }, h) : html("td")))),
-    html("tbody", {}, rows.map((row) =>
-      html("tr", {}, row.map((cell, i) => html(named && !i ? "th" : "td", named && !i ? { scope: "row" } : {}, cell))))),
+    html("tbody", {}, rows.map((row) => html("tr", {}, row.map((cell, k) =>
+      named(cell, k) ? html("th", { scope: "row" }, cell) : html("td", {}, content(cell, k)))))),
   );
 }

@@ -1,23 +1,24 @@
 /** The explorer: controls, drawings and tables of one mechanism, kept up to date with each other. */
 
 import { load, unpacked } from "./engine.js";
-import { html, short, whole, withUnit } from "./draw.js";
+import { html, terms } from "./draw.js";
+import { Controls } from "./controls.js";
 import { MapView } from "./map.js";
 import { EventView, MotionView } from "./motion.js";
 import { ProblemView } from "./problem.js";
-import { defaults, fault, fromText, toText } from "./settings.js";
+import { defaults, fromText, toText } from "./settings.js";
 
 /** @typedef {import("./settings.js").Settings} Settings */
-/** @typedef {{name: string, look: string, settings: Partial<Settings>}} Preset */
 /** @typedef {{description: import("./engine.js").Description, module: string,
- *   presets: Preset[], initial: Partial<Settings>, version: string}} PageData */
+ *   presets: import("./controls.js").Preset[], initial: Partial<Settings>,
+ *   words: Object<string, string>, docs: string | null, version: string}} PageData */
 
 const RTOL = 1e-11;
+/** Choices of laws that the glossary explains by their names. */
+const LAW_WORDS = ["reload", "policy"];
 /** Of a motion that follows every move of a slider: some tenths of a second of work. */
 const MAX_STEPS = 10000;
 const MAX_EVENTS = 1000;
-/** Positions of a slider. */
-const NOTCHES = 1000;
 
 /**
  * Fills an element with the explorer; returns it when it can be used.
@@ -49,30 +50,17 @@ export class Explorer {
     this.data = data;
     this.link = link;
     this.onchange = onchange;
-    const { description } = data;
-    this.first = defaults(description, data.initial);
+    this.first = defaults(data.description, data.initial);
     this.settings = this.first;
+    this.term = terms(data.words);
     const change = this.change.bind(this);
-    this.problem = new ProblemView(engine);
-    this.map = new MapView(engine, change, root);
-    this.motion = new MotionView(engine, change);
-    this.events = new EventView(engine, this.motion.labels);
-    /** @type {any[]} */
-    this.fields = [];
-    this.notice = html("div", { role: "alert", class: "notice" });
-    const { mechanism } = description;
-    root.replaceChildren(
-      html("header", {}, html("h1", {}, mechanism.name), html("p", {}, `${mechanism.title}.`)),
-      this.#controls(),
-      html("div", { class: "views" },
-        section("Which rigid motions are possible", this.map.element),
-        section("The contact problem at the start", this.problem.element),
-        section("Motion", this.motion.element),
-        section("Events and velocities", this.events.element, true)),
-      html("footer", {}, mechanism.source ? html("p", {}, `Source: ${mechanism.source}.`) : null,
-        html("p", {}, `Computed here by code that painleve-sym ${data.version} generated: SI units, ` +
-          `relative tolerance ${RTOL}.`)),
-    );
+    this.problem = new ProblemView(engine, this.term);
+    this.map = new MapView(engine, change, root, this.term);
+    this.motion = new MotionView(engine, change, this.term, RTOL);
+    this.events = new EventView(engine, this.term);
+    this.controls = new Controls(engine, data.presets, this.first, change, this.#buttons());
+    this.law = html("p", { class: "law" });
+    root.replaceChildren(...this.#parts());
     if (link) {
       addEventListener("hashchange", () => this.#read());
       this.#read();
@@ -83,150 +71,68 @@ export class Explorer {
     });
   }
 
-  // ---- controls ----
-
-  #controls() {
-    const { states, parameters, contacts, motions } = this.data.description;
-    const friction = new Set(contacts.map((/** @type {any} */ c) => c.friction));
-    const own = new Set(motions.flatMap((m) => m.parameters));
-    const isLaw = (/** @type {any} */ p) => p.of === "law" || friction.has(p.name);
-    const used = parameters.filter((p) => own.has(p.name));
-    const coordinates = states.filter((s) => !s.name.endsWith("_dot"));
-    const velocities = states.filter((s) => s.name.endsWith("_dot"));
-    return html(
-      "section",
-      { class: "controls", "aria-label": "state and parameters" },
-      this.notice,
-      this.#presets(),
-      this.#group("Coordinates", coordinates, true),
-      this.#group("Velocities", velocities, true),
-      this.#group("Contact", used.filter(isLaw), true, this.#force()),
-      this.#group("Mechanism", used.filter((p) => !isLaw(p)), false),
-      this.#more(),
-    );
+  #parts() {
+    const { data, term } = this;
+    const { mechanism } = data.description;
+    const views = html("div", { class: "views", tabindex: -1 },
+      this.#section("Motion", this.motion.element, "broad", "impacts",
+        "The same start with a contact that yields, and with a rigid one. Arrows are forces of the contact."),
+      this.#section("Cases of the rigid contact", this.map.element, "", "maps",
+        "Drag the point: colours say how many motions a rigid contact allows."),
+      this.#section("The contact problem at the start", this.problem.element, "", "complementarity",
+        ["Each line is the normal acceleration over the force F_n, ", term("A"), " F_n + ", term("B"),
+          ". Where it meets what a contact can do is a solution."]),
+      this.#section("Events and velocities", this.events.element, "broad", "reference/events",
+        "What happened, in order, and the velocities before and after the first impact."));
+    const skip = html("button", { type: "button", class: "skip", onclick: () => views.focus() },
+      "Skip to the pictures");
+    const words = Object.entries(data.words).map(([word, meaning]) =>
+      [html("dt", {}, word), html("dd", {}, meaning)]);
+    return [skip,
+      html("header", {}, html("h1", {}, mechanism.name), html("p", {}, `${mechanism.title}.`), this.law),
+      html("div", { class: "columns" }, this.controls.element, views),
+      html("footer", {},
+        html("details", {}, html("summary", {}, "Words of this page"), html("dl", {}, words)),
+        mechanism.source ? html("p", {}, `Source: ${mechanism.source}.`) : null,
+        html("p", {}, `Computed here by code that painleve-sym ${data.version} generated: SI units, ` +
+          `relative tolerance ${RTOL}. `, this.#more("explorer")))];
   }
 
-  /** @param {string} title @param {any[]} quantities @param {boolean} open @param {any[]} more */
-  #group(title, quantities, open, more = []) {
-    const fields = quantities.map((q) => this.#field(q));
-    return html("details", { open }, html("summary", {}, title), ...fields, ...more);
+  /**
+   * @param {string} title @param {any} element @param {string} style
+   * @param {string} page of the documentation @param {any} sentence
+   */
+  #section(title, element, style, page, sentence) {
+    const id = `painleve-${Math.random().toString(36).slice(2)}`;
+    return html("section", { "aria-labelledby": id, class: style || null }, html("h2", { id }, title),
+      html("p", { class: "note" }, sentence, " ", this.#more(page)), element);
   }
 
-  /** @param {any} q */
-  #field(q) {
-    const { name, meaning, unit } = q;
-    const scale = sliderScale(q);
-    const range = html("input", {
-      ...{ type: "range", min: 0, max: NOTCHES, step: 1, "aria-label": `${meaning} (${name})` },
-      oninput: () => take(scale.value(+range.value)),
-    });
-    const number = html("input", {
-      ...{ type: "number", step: "any", name, title: meaning },
-      "aria-label": `${meaning} (${name}), ${unit}`,
-      onchange: () => take(number.value === "" ? NaN : +number.value),
-    });
-    const take = (/** @type {number} */ value) => {
-      const problem = fault(q, value);
-      number.setAttribute("aria-invalid", String(Boolean(problem)));
-      this.#say(problem ? [problem] : []);
-      if (!problem) this.change({ values: { ...this.settings.values, [name]: value } });
-    };
-    this.fields.push((/** @type {Settings} */ { values }) => {
-      const text = whole(values[name]);
-      if (number.value !== text) number.value = text;
-      number.setAttribute("aria-invalid", "false");
-      range.value = String(scale.notch(values[name]));
-      range.setAttribute("aria-valuetext", `${short(values[name])} ${unit === "1" ? "" : unit}`);
-    });
-    const label = html("span", { class: "name", title: meaning }, withUnit(name, unit));
-    return html("div", { class: "field" }, label, range, number);
+  /** A link to a page of the documentation, or its name. @param {string} page */
+  #more(page) {
+    const { docs } = this.data;
+    return docs === null ? html("code", {}, `docs/${page}.md`) : html("a", { href: `${docs}/${page}.html` }, "More");
   }
 
-  #force() {
-    const motion = this.data.description.motions[0];
-    if (!motion.pressable) return [];
-    const number = html("input", {
-      ...{ type: "number", step: "any", min: 0, name: "initial-force", placeholder: "none" },
-      "aria-label": "force at the start that compresses the contact, N; none where empty",
-      onchange: () => {
-        const force = number.value === "" ? null : +number.value;
-        if (force !== null && !(force >= 0)) this.#say([`initial force: got ${force}, need >= 0.`]);
-        else this.change({ force });
-      },
-    });
-    this.fields.push((/** @type {Settings} */ s) => (number.value = s.force === null ? "" : s.force));
-    return [html("div", { class: "field" },
-      html("span", { class: "name", title: "compressed at the start" }, "F_n at start (N)"),
-      html("span"), number)];
-  }
-
-  #more() {
-    const { contacts } = this.data.description;
-    const end = html("input", {
-      ...{ type: "number", step: "any", name: "t-end", "aria-label": "end time, s" },
-      onchange: () => {
-        if (+end.value > 0) this.change({ end: +end.value });
-        else this.#say([`end time: got ${end.value || "nothing"}, need a number > 0.`]);
-      },
-    });
-    this.fields.push((/** @type {Settings} */ s) => (end.value = String(s.end)));
-    const rows = [html("div", { class: "field" }, html("span", { class: "name" }, "end time (s)"),
-      html("span"), end)];
-    if (contacts.length > 1) {
-      const names = contacts.map((/** @type {any} */ c, /** @type {number} */ i) =>
-        html("option", { value: i }, c.name));
-      const select = html("select", { onchange: () => this.change({ contact: +select.value }) }, names);
-      this.fields.push((/** @type {Settings} */ s) => (select.value = String(s.contact)));
-      rows.push(html("label", { class: "row" }, "contact of the map and the problem ", select));
-    }
+  #buttons() {
     const button = (/** @type {string} */ text, /** @type {() => void} */ onclick) =>
       html("button", { type: "button", onclick }, text);
     const close = button("Close the contact", () => {
       const values = this.engine.closed(this.settings.values, this.settings.contact);
       if (values) this.change({ values });
-      else this.#say(["No coordinate closes this contact from here."]);
+      else this.controls.say(["No coordinate closes this contact from here."]);
     });
-    rows.push(html("div", { class: "row" }, close, button("Reset", () => this.set(this.first)),
-      this.link ? button("Copy link", () => this.#copy()) : null));
-    return html("details", { open: true }, html("summary", {}, "Run"), ...rows);
-  }
-
-  #presets() {
-    const { presets } = this.data;
-    if (!presets.length) return null;
-    const look = html("p", { class: "note", role: "status" });
-    const options = presets.map((p, i) => html("option", { value: i }, p.name));
-    const select = html("select", {
-      onchange: () => {
-        const preset = presets[+select.value];
-        look.textContent = preset ? preset.look : "";
-        if (preset) this.set(defaults(this.data.description, { ...this.data.initial, ...preset.settings }));
-      },
-    }, html("option", { value: "" }, "choose …"), options);
-    this.fields.push((/** @type {Settings} */ s) => {
-      const same = presets.findIndex((p) => {
-        const own = defaults(this.data.description, { ...this.data.initial, ...p.settings });
-        const [a, b] = [s, own].map(({ values, force }) => JSON.stringify([values, force]));
-        return a === b;
-      });
-      select.value = same < 0 ? "" : String(same);
-      look.textContent = same < 0 ? "" : presets[same].look;
-    });
-    return html("div", { class: "presets" }, html("label", {}, "from the paper ", select), look);
+    const reset = button("Reset", () => this.change({ ...this.first }));
+    return [close, reset, this.link ? button("Copy link", () => this.#copy()) : null];
   }
 
   async #copy() {
     try {
       await navigator.clipboard.writeText(location.href);
-      this.#say(["The link is in the clipboard."]);
+      this.controls.say([], "The link is in the clipboard.");
     } catch {
-      this.#say(["The address bar of the browser has the link; copy it from there."]);
+      this.controls.say([], "The address bar of the browser has the link; copy it from there.");
     }
-  }
-
-  /** @param {string[]} sentences */
-  #say(sentences) {
-    this.notice.replaceChildren(...sentences.map((s) => html("p", { class: "fault" }, s)));
   }
 
   // ---- settings ----
@@ -240,11 +146,6 @@ export class Explorer {
       requestAnimationFrame(() => this.#refresh());
     }
     this.#write();
-  }
-
-  /** @param {Settings} settings */
-  set(settings) {
-    this.change({ ...settings });
   }
 
   #write() {
@@ -261,44 +162,25 @@ export class Explorer {
     const { settings, faults } = fromText(text, this.data.description, this.first);
     this.settings = settings;
     this.#refresh();
-    this.#say(faults);
+    this.controls.say(faults);
   }
 
   #refresh() {
     this.waiting = false;
     const { settings, engine } = this;
-    for (const field of this.fields) field(settings);
+    this.controls.update(settings);
     const problem = engine.problem(settings.values, settings.contact);
     const options = { end: settings.end, rtol: RTOL, maxSteps: MAX_STEPS, maxEvents: MAX_EVENTS };
+    const motions = engine.shown(settings);
+    this.law.replaceChildren("Contact law: ", ...motions.flatMap(({ names: { law, choices } }, i) => [
+      `${i ? "; beside it " : ""}${law}`,
+      ...Object.entries(choices).flatMap(([name, value]) => [", ", LAW_WORDS.includes(name) ? this.term(name) : name, ` ${value}`]),
+    ]), ".");
     this.problem.update(settings, problem);
     this.map.update(settings, problem);
-    const runs = engine.motions.map((m) => m.run(settings.values, settings.force, options));
+    const runs = motions.map((m) => m.run(settings.values, settings.force, options));
     this.motion.update(settings, runs);
     this.events.update(settings, runs);
     this.root.dataset.ready = "true";
   }
-}
-
-/** @param {string} title @param {any} element @param {boolean} [broad] */
-function section(title, element, broad = false) {
-  const id = `painleve-${Math.random().toString(36).slice(2)}`;
-  return html("section", { "aria-labelledby": id, class: broad ? "broad" : null }, html("h2", { id }, title), element);
-}
-
-/**
- * Numbers of a slider's notches, in equal steps or by orders of magnitude.
- * @param {any} quantity
- */
-export function sliderScale({ range: [low, high], logarithmic }) {
-  const [from, to] = logarithmic ? [Math.log(low), Math.log(high)] : [low, high];
-  return {
-    value: (/** @type {number} */ notch) => {
-      const value = from + ((to - from) * notch) / NOTCHES;
-      return +(logarithmic ? Math.exp(value) : value).toPrecision(4);
-    },
-    notch: (/** @type {number} */ value) => {
-      const at = logarithmic ? Math.log(value) : value;
-      return Math.min(NOTCHES, Math.max(0, Math.round((NOTCHES * (at - from)) / (to - from))));
-    },
-  };
 }

@@ -34,27 +34,30 @@ export function linesOf(problem, bilateral) {
  * Sentences on a start to which the problem does not apply as it stands.
  * @param {any} problem @param {any} contact
  */
-function notes({ inside, gaps, slip }, contact) {
+export function notes({ inside, gaps, slip }, contact) {
   const [gap, rate] = [gaps[contact.gap], gaps[contact.gap_rate]];
   const sentences = inside ? [`${inside}.`] : [];
   if (gap > 0) sentences.push(`The contact is open, gap ${short(gap)} m; here it is taken as closed.`);
   if (gap < 0) sentences.push(`The contact is compressed by ${short(-gap)} m.`);
-  if (gap <= 0 && rate < 0) sentences.push(`It is hit with ${short(-rate)} m/s: an impact.`);
+  if (gap <= 0 && rate < 0) sentences.push(`It approaches with ${short(-rate)} m/s: an impact.`);
   if (gap <= 0 && rate > 0) sentences.push(`It is leaving with ${short(rate)} m/s.`);
   if (slip === 0) sentences.push("At rest sticking is possible, and slip to either side.");
   return sentences;
 }
 
 export class ProblemView {
-  /** @param {import("./engine.js").Engine} engine */
-  constructor(engine) {
+  /** @param {import("./engine.js").Engine} engine @param {import("./draw.js").Term} term */
+  constructor(engine, term) {
     this.engine = engine;
+    this.term = term;
     this.figure = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" });
     this.words = html("p", { class: "verdict", role: "status" });
     this.numbers = html("dl", { class: "numbers" });
     this.list = html("ul", { class: "solutions" });
+    this.legend = html("ul", { class: "legend" });
     this.open = html("p", { class: "note" });
-    this.element = html("div", {}, this.words, this.figure, this.list, this.numbers, this.open);
+    this.element = html("div", {},
+      this.words, this.figure, this.legend, this.list, this.numbers, this.open);
   }
 
   /** @param {any} settings @param {any} problem */
@@ -62,7 +65,9 @@ export class ProblemView {
     const contact = this.engine.description.contacts[settings.contact];
     const { solutions, word } = problem;
     const count = solutions.length;
-    this.words.textContent = `${word.name}: ${NUMBERS[count]} solution${count === 1 ? "" : "s"}`;
+    const counted = `: ${NUMBERS[count]} solution${count > 1 ? "s" : ""}`;
+    // The case of a guide counts them by its name.
+    this.words.replaceChildren(this.term(word.name), word.name.includes("solution") ? "" : counted);
     this.words.dataset.case = word.name;
     this.#draw(problem, contact.bilateral);
     this.list.replaceChildren(
@@ -84,7 +89,7 @@ export class ProblemView {
     this.numbers.replaceChildren(
       ...rows.map(([name, value, unit]) => {
         const number = html("data", { value, "data-name": name }, short(/** @type {any} */ (value)));
-        return html("div", {}, html("dt", {}, name), html("dd", {}, number, ` ${unit}`));
+        return html("div", {}, html("dt", {}, this.term(name)), html("dd", {}, number, ` ${unit}`));
       }),
     );
     this.open.textContent = [`Rigid: ${word.sentence}.`, ...notes(problem, contact)].join(" ");
@@ -94,7 +99,9 @@ export class ProblemView {
   #draw(problem, bilateral) {
     const forces = problem.solutions.map((/** @type {any} */ s) => s.normal);
     const lines = linesOf(problem, bilateral);
-    const size = Math.max(...forces.map(Math.abs), 0) || Math.abs(problem.B / problem.W_nn) || 1;
+    // Without a solution to a force at which the line has left B visibly.
+    const { slope, offset } = lines[0];
+    const size = Math.max(...forces.map(Math.abs), 0) || Math.abs(offset / slope) || 1;
     const x = [bilateral ? -1.5 * size : -0.08 * size, 1.6 * size];
     const ends = lines.flatMap((l) => [l.offset, l.slope * l.side * 1.6 * size + l.offset]);
     const frame = new Frame(x, span(ends));
@@ -114,14 +121,20 @@ export class ProblemView {
       }),
       ...problem.solutions.map((/** @type {any} */ s) => {
         const a = s.mode === "liftoff" ? problem.B : 0;
-        return svg("circle", { cx: frame.left(s.normal), cy: frame.top(a), r: 5, class: "solution" });
+        return svg("circle", { cx: frame.left(s.normal), cy: frame.top(a), r: 6, class: "solution" });
       }),
     );
-    const found = problem.solutions.map((/** @type {any} */ s) => `${short(s.normal)} N`).join(" and ");
+    this.legend.replaceChildren(
+      ...lines.map((l) => html("li", {},
+        html("span", { class: `swatch line ${l.style}`, "aria-hidden": "true" }), l.name)),
+      html("li", {}, html("span", { class: "swatch line possible", "aria-hidden": "true" }),
+        "what a contact can do"),
+    );
+    const at = problem.solutions.map((/** @type {any} */ s) => `${short(s.normal)} N`).join(" and ");
     this.figure.setAttribute(
       "aria-label",
       `Normal acceleration over normal force. ${lines.map((l) => l.name).join(", ")}. ` +
-        (found ? `Solutions at ${found}.` : "No line meets the forces that are possible."),
+        (at ? `Solutions at ${at}.` : "No line meets the forces that are possible."),
     );
   }
 }

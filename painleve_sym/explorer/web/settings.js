@@ -3,7 +3,7 @@
 /** @typedef {import("./engine.js").Description} Description */
 /** @typedef {import("./engine.js").Values} Values */
 /** @typedef {{values: Values, force: number | null, end: number, over: string[],
- *   map: "contact" | "outcomes", contact: number, magnify: number, at: number}} Settings */
+ *   map: "contact" | "outcomes", contact: number, reload: string, magnify: number, at: number}} Settings */
 
 /** Keys of the address bar besides names of states and parameters, which have no hyphen. */
 const KEYS = {
@@ -12,6 +12,7 @@ const KEYS = {
   over: "map-over",
   map: "map-of",
   contact: "at-contact",
+  reload: "law-reload",
   magnify: "magnify-time",
   at: "play-at",
 };
@@ -26,13 +27,18 @@ const quantities = (description) => [...description.states, ...description.param
  */
 export function defaults(description, initial = {}) {
   const values = Object.fromEntries(quantities(description).map((q) => [q.name, q.value]));
-  const rigid = description.motions.every((m) => m.rigid);
+  const rigid = description.motions.every((m) => m.rigid.length);
+  const [reload = ""] = reloads(description);
   return {
     ...{ force: null, end: rigid ? 1 : 0.01, over: [...description.over] },
-    ...{ map: "contact", contact: 0, magnify: 0.7, at: 0, ...initial },
+    ...{ map: "contact", contact: description.contact, reload, magnify: 0.7, at: 0, ...initial },
     values: { ...values, ...initial.values },
   };
 }
+
+/** The reload rules of the motions with a law, each once. @param {Description} description */
+export const reloads = ({ motions }) =>
+  [...new Set(motions.map((m) => m.choices.reload).filter(Boolean))];
 
 /**
  * Returns a sentence where a number cannot be taken, else an empty text.
@@ -43,7 +49,8 @@ export function fault(quantity, value) {
   const above = lower == null || (lower_closed ? value >= lower : value > lower);
   const below = upper == null || (upper_closed ? value <= upper : value < upper);
   if (Number.isFinite(value) && above && below) return "";
-  return `${quantity.name}: got ${value}, need ${need || "a finite number"}.`;
+  const got = Number.isNaN(value) ? "nothing that is a number" : value;
+  return `${quantity.name}: got ${got}, need ${need || "a finite number"}.`;
 }
 
 /**
@@ -79,13 +86,14 @@ export function fromText(text, description, from) {
     [KEYS.over]: (t) => (settings.over = axes(t, known)),
     [KEYS.map]: (t) => (settings.map = oneOf(t, ["contact", "outcomes"])),
     [KEYS.contact]: (t) => (settings.contact = number(t, 0, description.contacts.length - 1)),
+    [KEYS.reload]: (t) => (settings.reload = oneOf(t, reloads(description))),
     [KEYS.magnify]: (t) => (settings.magnify = number(t, 0, 1)),
     [KEYS.at]: (t) => (settings.at = number(t, 0, 1)),
   };
   for (const [name, own] of new URLSearchParams(text)) {
     try {
       if (name in known) {
-        const problem = own.trim() ? fault(known[name], Number(own)) : `${name}: got nothing.`;
+        const problem = fault(known[name], own.trim() ? Number(own) : NaN);
         if (problem) throw new Error(problem);
         settings.values[name] = Number(own);
       } else if (name in readers) {

@@ -1,0 +1,81 @@
+"""The map that a page shows first: axes over which something happens."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from painleve_sym.errors import InputError, PainleveWarning
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.study.maps.case_codes import LEGEND
+from painleve_sym.study.maps.region_map import region_map
+
+POINTS = 41
+"""Along each axis of a map that is tried."""
+SHARE = 0.01
+"""Least part of a map that counts as a region."""
+ENOUGH = 3
+"""Regions with which the search ends at once."""
+
+
+@dataclass(frozen=True)
+class FirstMap:
+    """The contact of a map, the ranges of its axes, across then up, and its number of regions."""
+
+    contact: int
+    ranges: Mapping[str, tuple[float, float]]
+    regions: int
+
+
+def first_map(mechanism: Mechanism, slips: Sequence[int]) -> FirstMap:
+    """Return the map over which most happens, contacts slipping along `slips`, -1 or 1.
+
+    Over an angle with its rate or with the friction, of the first contact if that has two cases;
+    else over other quantities, and of other contacts.
+    """
+    best = FirstMap(0, {}, 0)
+    for contact, slip in enumerate(slips):
+        friction = mechanism.outline.contacts[contact].friction
+        for pairs in _pairs(mechanism, friction):
+            for over in pairs:
+                tried = _tried(mechanism, contact, slip, over)
+                best = max(best, tried, key=lambda own: own.regions)
+                if best.regions >= ENOUGH:
+                    return best
+            if best.regions >= 2:
+                return best
+    if best.regions == 0:
+        where = f"explorer of {mechanism.name!r}"
+        raise InputError(f"{where}: none of its maps has a point inside the domain.")
+    return best
+
+
+def _tried(mechanism: Mechanism, contact: int, slip: int, over: tuple[str, str]) -> FirstMap:
+    contacts = mechanism.outline.contacts
+    alone = mechanism if len(contacts) == 1 else mechanism.only(contacts[contact].name)
+    held = {n: v for n, v in mechanism.start.items() if n not in over}
+    try:
+        with warnings.catch_warnings():
+            # The map is not shown: its notes are of no use.
+            warnings.simplefilter("ignore", PainleveWarning)
+            tried = region_map(alone, over, points=POINTS, slip=slip, state=held)
+    except InputError:
+        # These axes have no map, as where nothing is inside the domain.
+        return FirstMap(contact, {}, 0)
+    _, counts = np.unique(tried.case[tried.case != LEGEND["outside"]], return_counts=True)
+    ranges = [(float(v[0]), float(v[-1])) for v in tried.values]
+    regions = int((counts >= SHARE * tried.case.size).sum())
+    return FirstMap(contact, dict(zip(over, ranges, strict=True)), regions)
+
+
+def _pairs(mechanism: Mechanism, friction: str) -> tuple[list[tuple[str, str]], ...]:
+    """Return pairs of axes: those of angles, then others."""
+    coordinates = mechanism.outline.coordinates
+    angles = [c.name for c in coordinates if c.unit == "rad"]
+    turned = [p.name for p in mechanism.outline.parameters if p.unit == "rad"]
+    others = [*turned, *(f"{c.name}_dot" for c in coordinates), *(c.name for c in coordinates)]
+    by_rate = [(name, f"{name}_dot") for name in angles]
+    return [*by_rate, *((n, friction) for n in angles)], [(n, friction) for n in others]
