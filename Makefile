@@ -51,14 +51,15 @@ oldest: ## test the oldest versions of the dependencies, in .venv-oldest
 
 # Tests of pages are skipped, with the reason, where these are absent.
 NODE_PACKAGES := axe-core@4.14.1 typescript@5.9.3
-setup-browser: $(VENV)/.installed ## install what tests of pages need besides Chromium and Node
-	@command -v chromium chromium-browser chrome > /dev/null || echo "make: Chromium is absent. Fix: sudo apt install chromium"
-	@command -v node > /dev/null || echo "make: Node is absent. Fix: sudo apt install nodejs npm"
-	@command -v wasm-ld > /dev/null || echo "make: clang for WebAssembly is absent; the package ziglang takes its place, or: sudo apt install clang lld wasi-libc libclang-rt-dev-wasm32"
+setup-browser: $(VENV)/.installed ## install what tests of pages need: Chromium and Node (by apt), their packages
+	@missing=; for program in chromium node npm; do command -v $$program > /dev/null || missing="$$missing $$program"; done; \
+	missing=$$(echo $$missing | sed 's/\<node\>/nodejs/'); sudo=; [ "$$(id -u)" = 0 ] || sudo="sudo -n"; \
+	[ -z "$$missing" ] || { $$sudo apt-get -qq update && $$sudo apt-get -qq install -y --no-install-recommends $$missing; } \
+		< /dev/null > $(VENV)/apt.log 2>&1 || echo "make: $$missing: not installed (see $(VENV)/apt.log). Fix: sudo apt install $$missing"
 	@$(PIP) install -c constraints.txt -e '.[browser,notebook,web]'
-	@npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(NODE_PACKAGES)
+	@command -v npm > /dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(NODE_PACKAGES)
 
-explorer-modules: $(VENV)/.installed ## compile the explorer's modules of the named mechanisms again where they are old
+explorer-modules: $(VENV)/.installed ## compile the explorer's module of the rod again where it is old
 	$(BIN)/python tools/explorer_modules.py
 
 # One process for each change, as many at a time as there are cores.

@@ -105,12 +105,5 @@ def test_every_public_name_is_on_the_page_of_names_once():
     assert set(listed) == public, "Fix: list the name on docs/reference/names.md."
 
 
-def test_an_explorer_page_of_the_site_has_a_way_back(pages):
-    page = pages.with_way_back("<html><body><main></main></body></html>")
-    assert page.startswith("<html><body><nav") and "tutorials/explorer.html" in page
-    with pytest.raises(AssertionError, match="no <body>"):
-        pages.with_way_back("<html></html>")
-
-
 def test_cells_keep_bars(pages):
     assert pages.table(("a",), [("|F_n|",)]) == "| a |\n|---|\n| \\|F_n\\| |\n"

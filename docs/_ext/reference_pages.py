@@ -445,26 +445,25 @@ def write(folder: Path) -> None:
 
 
 def explorer(folder: Path) -> str:
-    """Write the explorer page of every mechanism whose module is in the package; return links."""
+    """Write the explorer page of every mechanism that can be compiled here; return links."""
     folder.mkdir(parents=True, exist_ok=True)
-    modules = Path(painleve_sym.__path__[0]) / "explorer" / "data"
-    rows = []
+    rows, left_out = [], []
     for name in MODELS:
-        if (modules / f"{name}.wasm.gz").exists():
-            answer = call(f"explore {name} --out {folder / name}.html")
-            page = folder / f"{name}.html"
-            page.write_text(with_way_back(page.read_text("utf-8")), "utf-8")
-            link = f'<a href="../explorer/{name}.html">{name}</a>'
-            rows.append((link, model(name).title, f"{answer['bytes'] / 1000:.0f} kB"))
-    return table(("page", "mechanism", "size"), rows)
-
-
-def with_way_back(page: str) -> str:
-    """Return an explorer page with a link to the site, in which its frame may be embedded."""
-    head, body, rest = page.partition("<body>")
-    assert body, "the explorer page has no <body>"
-    link = '<a href="../tutorials/explorer.html" target="_top">painleve-sym: explorer pages</a>'
-    return f'{head}{body}<nav aria-label="Site" style="padding: .3rem 1rem">{link}</nav>{rest}'
+        try:
+            answer = call(f"explore {name} --docs .. --out {folder / name}.html")
+        except RuntimeError as error:
+            if "no compiler for WebAssembly" not in str(error):
+                raise
+            left_out.append(name)
+            continue
+        link = f'<a href="../explorer/{name}.html">{name}</a>'
+        rows.append((link, model(name).title, f"{answer['bytes'] / 1000:.0f} kB"))
+    note = (
+        f"\nWithout a compiler for WebAssembly these were left out: {', '.join(left_out)}.\n"
+        if left_out
+        else ""
+    )
+    return table(("page", "mechanism", "size"), rows) + note
 
 
 def _write(path: Path, text: str) -> None:

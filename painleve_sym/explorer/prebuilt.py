@@ -45,7 +45,7 @@ def stored_module(mechanism: Mechanism, law: Laws) -> tuple[bytes, dict[str, Any
 
     It serves the whole mechanism with each of the laws that `alternatives` to `default_law` are.
     """
-    if mechanism.name != STORED or mechanism.definition != model(STORED).definition:
+    if mechanism.name != STORED or not _is_named(mechanism, model(STORED)):
         return None
     known = alternatives(mechanism, default_law(mechanism))
     if (law.name, dict(law.choices)) not in [(own.name, dict(own.choices)) for own in known]:
@@ -53,6 +53,17 @@ def stored_module(mechanism: Mechanism, law: Laws) -> tuple[bytes, dict[str, Any
     description = json.loads(_DATA.joinpath(f"{STORED}.json").read_text("utf-8"))
     del description["digest"]
     return _DATA.joinpath(f"{STORED}.wasm.gz").read_bytes(), description
+
+
+def _is_named(mechanism: Mechanism, named: Mechanism) -> bool:
+    """Return whether a mechanism is a named one: formulas, texts, shapes; defaults may differ."""
+    if mechanism.definition != named.definition:
+        return False
+    # What is not made yet comes from the named mechanism: nothing is derived to compare it.
+    shapes = ("shapes",) if "shapes" in vars(mechanism) else ()
+    others = ("title", "source", "sketch", *shapes)
+    same = all(getattr(mechanism, name) == getattr(named, name) for name in others)
+    return same and mechanism.with_parameters(**named.parameters).outline == named.outline
 
 
 def stored_digest() -> str | None:

@@ -13,19 +13,24 @@ const web = process.env.EXPLORER_WEB;
 const own = (name) => import(pathToFileURL(path.join(web, name)).href);
 const { defaults, fault, fromText, toText } = await own("settings.js");
 const { Clock } = await own("clock.js");
-const { short, span, ticks, whole, zeros } = await own("draw.js");
-const { caseOf } = await own("map.js");
+const { pretty, settled, short, span, ticks, whole, zeros } = await own("draw.js");
+const { caseOf, rangeAround } = await own("map.js");
 const { load, unpacked } = await own("engine.js");
-const { linesOf } = await own("problem.js");
-const { sliderScale } = await own("page.js");
-const { afterImpact } = await own("motion.js");
+const { linesOf, notes } = await own("problem.js");
+const { sliderScale } = await own("controls.js");
+const { afterImpact, modeWords, remarks } = await own("motion.js");
+const { magnification, windowOf } = await own("scene.js");
 
 const positive = { lower: 0, upper: null, lower_closed: false, upper_closed: true };
 const description = {
   states: [{ name: "theta", value: 1 }, { name: "theta_dot", value: 0.1 }],
   parameters: [{ name: "E", value: 2.09e11, ...positive, need: "a finite number with 0 < E" }],
   contacts: [{ name: "A" }, { name: "B" }],
-  motions: [{ rigid: false }],
+  contact: 0,
+  motions: [
+    { rigid: [], choices: { reload: "elastic" } }, { rigid: [], choices: { reload: "virgin" } },
+    { rigid: [0], choices: {} },
+  ],
   over: ["theta", "theta_dot"],
 };
 
@@ -36,7 +41,7 @@ test("settings survive the address bar, to the last bit", () => {
     ...from,
     values: { theta: 0.1 + 0.2, theta_dot: -1 / 3, E: 2.09e17 },
     ...{ force: 350, end: 1e-3, over: ["theta", "E"], map: "outcomes", contact: 1 },
-    ...{ magnify: 0.25, at: 0.125 },
+    ...{ reload: "virgin", magnify: 0.25, at: 0.125 },
   };
   const read = fromText(toText(settings, from), description, from);
   assert.deepEqual(read, { settings, faults: [] });
@@ -44,22 +49,24 @@ test("settings survive the address bar, to the last bit", () => {
 
 test("each entry of an address that cannot be taken is named, and the others are taken", () => {
   const from = defaults(description);
-  const text = "theta=0.5&E=-1&theta_dot=&mu=1&map-over=theta,theta&at-contact=7&t-end=0&map-of=x";
+  const text = "theta=0.5&E=-1&theta_dot=&mu=1&map-over=theta,theta&at-contact=7&t-end=0&map-of=x" +
+    "&magnify-time=1.5&play-at=-0.5&law-reload=none&initial-force=-3";
   const { settings, faults } = fromText(text, description, from);
   assert.equal(settings.values.theta, 0.5);
   assert.deepEqual({ ...settings, values: null }, { ...from, values: null });
   assert.equal(settings.values.E, 2.09e11);
-  assert.equal(faults.length, 7);
-  for (const name of ["E", "theta_dot", "mu", "map-over", "at-contact", "t-end", "map-of"]) {
-    assert.ok(faults.some((f) => f.startsWith(`address, ${name}=`)), name);
-  }
+  const named = ["E", "theta_dot", "mu", "map-over", "at-contact", "t-end", "map-of",
+    "magnify-time", "play-at", "law-reload", "initial-force"];
+  assert.deepEqual(faults.map((f) => /^address, ([\w-]+)=/.exec(f)[1]), named);
+  assert.match(faults[1], /theta_dot: got nothing that is a number, need a finite number/);
+  assert.match(faults[7], /need a number from 0 to 1\./);
 });
 
 test("numbers out of range are rejected in one sentence", () => {
   const [E] = description.parameters;
   assert.equal(fault(E, 1), "");
   assert.equal(fault(E, 0), "E: got 0, need a finite number with 0 < E.");
-  assert.match(fault(E, NaN), /got NaN/);
+  assert.equal(fault(E, NaN), "E: got nothing that is a number, need a finite number with 0 < E.");
   assert.match(fault({ name: "theta" }, Infinity), /need a finite number/);
 });
 
@@ -93,6 +100,101 @@ test("numbers are written short or whole", () => {
   assert.deepEqual(ticks(1, 1), []);
   const [low, high] = span([5, NaN, 7]);
   assert.ok(low < 0 && high > 7);
+  assert.deepEqual([settled(1e-17, 1), settled(-1e-12, 1), settled(2e-20, 1e-8)], [0, -1e-12, 2e-20]);
+  assert.deepEqual(["theta_dot", "x_A_dot", "mu", "e_energetic"].map(pretty),
+    ["θ\u0307", "x\u0307_A", "μ", "e_energetic"]);
+});
+
+test("an axis leaves room around its point, but not beyond a bound", () => {
+  const angle = { range: [-5, 5] };
+  assert.deepEqual(rangeAround(angle, 1), [-5, 5]);
+  assert.deepEqual(rangeAround(angle, 5), [-5, 6]);
+  assert.deepEqual(rangeAround(angle, -7), [-8, 5]);
+  const friction = { range: [0, 2], lower: 0 };
+  assert.deepEqual(rangeAround(friction, 0), [0, 2]);
+  assert.deepEqual(rangeAround(friction, 2), [0, 2.2]);
+  assert.deepEqual(rangeAround({ range: [0.05, 1], lower: 0, upper: 1 }, 1), [0.05, 1]);
+});
+
+test("cases follow the signs of A and B; a guide counts a solution for each sign of the force", () => {
+  const table = [
+    [1, -1, "slip"], [-1, -1, "inconsistent"], [0, -1, "inconsistent"], [1, 1, "liftoff"],
+    [0, 1, "liftoff"], [-1, 1, "indeterminate"], [1, 0, "liftoff"], [0, 0, "indeterminate"],
+  ];
+  for (const [A, B, word] of table) assert.equal(caseOf(A, B, null), word, `${A} ${B}`);
+  // F_n = -B/A in push is positive where A and B differ in sign; in pull where they agree.
+  for (const A of [-1, 0, 1]) {
+    for (const pull of [-1, 0, 1]) {
+      // Without a load the force is zero, or any where the coefficient is zero as well.
+      assert.equal(caseOf(A, 0, pull), A && pull ? "slip" : "indeterminate", `${A} ${pull}`);
+      for (const B of [-1, 1]) {
+        const count = (A * B < 0) + (pull * B > 0);
+        const word = ["inconsistent", "slip", "indeterminate"][count];
+        assert.equal(caseOf(A, B, pull), word, `${A} ${B} ${pull}`);
+      }
+    }
+  }
+  assert.equal(caseOf(NaN, 1, null), "outside");
+});
+
+test("a start that is not at rest on its contact is said so", () => {
+  const contact = { gap: "gap", gap_rate: "rate" };
+  const said = (gap, rate, slip = 1) => notes({ inside: "", gaps: { gap, rate }, slip }, contact).join(" ");
+  assert.equal(said(0, 0), "");
+  assert.equal(said(0, -2), "It approaches with 2 m/s: an impact.");
+  assert.equal(said(0, 2), "It is leaving with 2 m/s.");
+  assert.equal(said(0.1, -2), "The contact is open, gap 0.1 m; here it is taken as closed.");
+  assert.equal(said(-0.1, 0), "The contact is compressed by 0.1 m.");
+  assert.equal(said(0, 0, 0), "At rest sticking is possible, and slip to either side.");
+});
+
+test("modes are words, and those of the glossary are marked", () => {
+  const plain = (mode) => modeWords(mode, (text) => text).flat(Infinity).join("");
+  assert.equal(plain("slip_neg/compression"), "slip to the left, compression");
+  assert.equal(plain("slip_pos"), "slip to the right");
+  assert.equal(plain("A: flight_indented, B: stick/reload"), "A: flight, indented; B: stick, reload");
+  const marked = modeWords("A: stick, B: flight", (text, word) => `<${word}>`).flat(Infinity).join("");
+  assert.equal(marked, "A: <stick>; B: <flight>");
+});
+
+test("what a run ended with is said: the law, the bound, the energy, limits of the page", () => {
+  const names = { rigid: [], choices: { reload: "virgin" } };
+  const motion = { names, engine: { bound: () => "the rod lies flat at theta = 0" } };
+  const end = { stop: { name: "t_end", sentence: "" }, time: 0.5, residual: 2e-13, state: {} };
+  const said = (part, events = []) =>
+    remarks({ motion, fault: "", values: {}, events, end: { ...end, ...part } }, 1e-11);
+  assert.deepEqual(said({}), { faults: [], notes: ["compliant: the energy balance closes to 2·10⁻¹³."] });
+  assert.equal(said({ residual: 0.9e-8 }).faults.length, 0);
+  assert.deepEqual(said({ residual: 1.1e-8 }).notes, []);
+  assert.equal(said({ residual: 0.013 }).faults[0],
+    "compliant: the energy balance is off by 1.3 %: forces and states hold, works do not.");
+  assert.equal(said({ residual: NaN }).faults.length, 1);
+  assert.equal(said({ stop: { name: "left_domain" } }).notes[0],
+    "compliant: the motion ends at t = 0.5 s: the rod lies flat at theta = 0.");
+  assert.match(said({ stop: { name: "event_limit" } }).faults[0], /follows no more events\. Fix: end earlier/);
+  assert.match(said({ stop: { name: "jam", sentence: "no exit" } }).faults[0], /t = 0\.5 s: no exit\./);
+  const reload = (gain) => ({ kind: "reload", before: { contact_dissipation: gain }, after: { contact_dissipation: 0 } });
+  assert.match(said({}, [reload(1e-5), reload(2e-5)]).notes[0],
+    /^compliant: 2 reloads create 3·10⁻⁵ J by the reload rule virgin, which is thermodynamically inadm/);
+  assert.equal(said({}, [reload(0)]).notes.length, 1);
+  assert.deepEqual(remarks({ motion, fault: "no start", end: null }, 1e-11).faults, ["compliant: no start."]);
+});
+
+test("deflections are drawn larger, by a round number, with the contact where it is", () => {
+  const scene = (_, state) => ({
+    kinds: ["stick"], points: [[[0, 0.1 + state.w], [1, 0]]],
+    contacts: [{ name: "A", point: [0, 0.1 + state.w], normal: [0, 1], speed: 0 }],
+  });
+  const engine = { scene, description: { scene: { deflections: ["w"] } } };
+  // 8 % of the length 1 is 80 times 0.001: 50 is the round number below.
+  assert.equal(magnification(engine, {}, [{ w: 0 }, { w: 0.001 }]), 50);
+  assert.equal(magnification(engine, {}, [{ w: 0.5 }]), 1);
+  assert.equal(magnification(engine, {}, [{ w: 0 }]), 1);
+  const box = windowOf(engine, {}, [{ w: 0.001 }], 50);
+  // Drawn at 0.101, its place; the other end moves with it.
+  assert.ok(Math.abs(box.low - (0 - 0.05 + 0.001 - box.room)) < 1e-12);
+  const straight = { scene, description: { scene: { deflections: [] } } };
+  assert.equal(magnification(straight, {}, [{ w: 0.001 }]), 1);
 });
 
 test("zeros of a field lie on its curve", () => {
@@ -143,10 +245,13 @@ for (const wanted of file ? JSON.parse(fs.readFileSync(file, "utf8")) : []) {
     const forces = problem.solutions.map((s) => s.normal).sort((a, b) => a - b);
     assert.equal(forces.length, wanted.forces.length);
     wanted.forces.forEach((f, i) => close(forces[i] / (f || 1), f ? 1 : 0, `solution ${i}`));
+    const motions = engine.shown(wanted);
+    assert.equal(motions.length, wanted.runs.length);
     for (const [i, run] of wanted.runs.entries()) {
-      const own = engine.motions[i].run(values, force, options);
+      const own = motions[i].run(values, force, options);
       assert.equal(own.fault, "");
       assert.equal(own.end.stop.name, run.stop);
+      close(own.end.residual, run.residual, "energy residual");
       assert.deepEqual(own.events.map((e) => e.kind), run.events.map((e) => e.kind));
       assert.deepEqual(own.events.map((e) => e.contact), run.events.map((e) => e.contact));
       for (const [k, event] of run.events.entries()) {
@@ -184,10 +289,14 @@ for (const wanted of file ? JSON.parse(fs.readFileSync(file, "utf8")) : []) {
     engine.motions[0].outcomes(values, force, line, [a, values[engine.description.over[0]]],
       { end: options.end, rtol: 1e-6, maxSteps: 2000 }, ["slip_stop", "separation"]);
     assert.equal(JSON.stringify(shown.at(shown.end.time / 2)), before);
-    // A start outside of the domain, or of the law, is a sentence.
-    if (wanted.outside) {
-      const { fault: sentence } = engine.motions[0].run({ ...values, ...wanted.outside }, null, options);
-      assert.match(sentence, /outside the domain/);
+    // A start outside of the domain, or of the law, is the sentence of the package.
+    for (const { change, force, motion, message } of wanted.refused) {
+      const { fault: sentence } = motions[motion].run({ ...values, ...change }, force, options);
+      const [, meaning] = /need .* \((the .*)\)\.$/.exec(message) ?? [];
+      if (meaning) assert.equal(sentence, `the start is outside the model: ${meaning}`);
+      else if (message.includes("need both 0")) {
+        assert.equal(sentence.slice(0, 60), message.split(": ").slice(1).join(": ").slice(0, 60));
+      } else assert.ok(message.endsWith(`: ${sentence}.`), `${sentence}, not ${message}`);
     }
   });
 }

@@ -19,8 +19,7 @@ needs_anywidget = pytest.mark.skipif(
 
 
 def motion(**law_parameters):
-    law = ps.law("bilinear-hertz", reload="virgin")
-    return ps.simulate("rod", law, TABLE_3, t_end=1e-3, law_parameters=law_parameters)
+    return ps.simulate("rod", "bilinear-hertz", TABLE_3, t_end=1e-3, law_parameters=law_parameters)
 
 
 @needs_anywidget

@@ -88,8 +88,9 @@ export class Explorer {
       "Skip to the pictures");
     const words = Object.entries(data.words).map(([word, meaning]) =>
       [html("dt", {}, word), html("dd", {}, meaning)]);
+    const site = data.docs === null ? null : html("p", { class: "note" }, this.#more("index", "painleve-sym"));
     return [skip,
-      html("header", {}, html("h1", {}, mechanism.name), html("p", {}, `${mechanism.title}.`), this.law),
+      html("header", {}, site, html("h1", {}, mechanism.name), html("p", {}, `${mechanism.title}.`), this.law),
       html("div", { class: "columns" }, this.controls.element, views),
       html("footer", {},
         html("details", {}, html("summary", {}, "Words of this page"), html("dl", {}, words)),
@@ -108,10 +109,12 @@ export class Explorer {
       html("p", { class: "note" }, sentence, " ", this.#more(page)), element);
   }
 
-  /** A link to a page of the documentation, or its name. @param {string} page */
-  #more(page) {
+  /** A link to a page of the documentation, or its name. @param {string} page @param {string} [text] */
+  #more(page, text = "More") {
     const { docs } = this.data;
-    return docs === null ? html("code", {}, `docs/${page}.md`) : html("a", { href: `${docs}/${page}.html` }, "More");
+    if (docs === null) return html("code", {}, `docs/${page}.md`);
+    // In a frame of the site, the whole window goes there.
+    return html("a", { href: `${docs}/${page}.html`, target: "_top" }, text);
   }
 
   #buttons() {
