@@ -19,7 +19,32 @@ const { load, unpacked } = await own("engine.js");
 const { linesOf, notes } = await own("problem.js");
 const { sliderScale } = await own("controls.js");
 const { afterImpact, modeWords, remarks } = await own("motion.js");
-const { magnification, windowOf } = await own("scene.js");
+const { Scene, magnification, windowOf } = await own("scene.js");
+
+/** As much of a document as drawings need: elements with attributes and children. */
+class Element {
+  constructor(tag) {
+    Object.assign(this, { tag, attributes: {}, children: [] });
+  }
+  setAttribute(name, value) {
+    this.attributes[name] = value;
+  }
+  toggleAttribute(name, on) {
+    this.attributes[name] = on;
+  }
+  append(...children) {
+    this.children.push(...children);
+  }
+  replaceChildren(...children) {
+    this.children = children;
+  }
+  all() {
+    return [this, ...this.children.flatMap((c) => (c.all ? c.all() : []))];
+  }
+}
+globalThis.document = {
+  createElement: (tag) => new Element(tag), createElementNS: (_, tag) => new Element(tag),
+};
 
 const positive = { lower: 0, upper: null, lower_closed: false, upper_closed: true };
 const description = {
@@ -195,6 +220,42 @@ test("deflections are drawn larger, by a round number, with the contact where it
   assert.ok(Math.abs(box.low - (0 - 0.05 + 0.001 - box.room)) < 1e-12);
   const straight = { scene, description: { scene: { deflections: [] } } };
   assert.equal(magnification(straight, {}, [{ w: 0.001 }]), 1);
+});
+
+test("a picture stands upright, with forces along normal and tangent, and belts along theirs", () => {
+  const engine = {
+    surfaces: () => [],
+    scene: () => ({
+      kinds: ["stick", "pin"], points: [[[0, 1], [2, 3]], [[2, 3]]],
+      contacts: [{ name: "A", point: [0, 1], normal: [0, 1], speed: -2 }],
+    }),
+    description: { scene: { deflections: [] }, contacts: [{ name: "A" }] },
+  };
+  const drawing = new Scene(engine, "compliant", (text) => text);
+  const box = { left: -1, right: 3, low: 0, high: 4, room: 1 };
+  const moment = { state: {}, outputs: { normal_force: 10, tangential_force: -10 } };
+  drawing.update({}, moment, box, 10, 1, "slip");
+  const { attributes } = drawing.figure;
+  assert.equal(attributes.viewBox, "-1 -4 4 4");
+  const paths = Object.fromEntries(drawing.figure.all().map((e) => [e.attributes.class, e.attributes.d]));
+  assert.equal(paths["body stick"], "M0 -1L2 -3");
+  // The tangent is the normal turned clockwise: a negative force points to the left.
+  const ends = (d) => /^M(\S+) (\S+)L(\S+) (\S+?)M/.exec(d).slice(1).map(Number);
+  const near = (own, wanted) => wanted.forEach((w, i) => assert.ok(Math.abs(own[i] - w) < 1e-9, own));
+  near(ends(paths["arrow normal"]), [0, -1, 0, -1.9]);
+  near(ends(paths["arrow tangential"]), [0, -1, -0.9, -1]);
+  const [from, y, to, y_2] = ends(paths["arrow belt"]);
+  assert.ok(to < from && y === y_2 && y > -1, "to the left, below the surface");
+  const titles = drawing.figure.all().filter((e) => e.tag === "title").map((e) => e.children[0]);
+  assert.deepEqual(titles, ["the surface moves with −2 m/s", "a fixed joint", "normal force 10 N",
+    "tangential force −10 N"]);
+  // A tenth of the force has two thirds of the arrow.
+  drawing.update({}, { ...moment, outputs: { normal_force: 1, tangential_force: 0 } }, box, 10, 1, "");
+  const weak = drawing.figure.all().find((e) => e.attributes.class === "arrow normal");
+  near(ends(weak.attributes.d), [0, -1, 0, -1.6]);
+  assert.ok(!drawing.figure.all().some((e) => e.attributes.class === "arrow tangential"));
+  drawing.update({}, null, box, 10, 1, "");
+  assert.equal(drawing.figure.attributes.hidden, true);
 });
 
 test("zeros of a field lie on its curve", () => {

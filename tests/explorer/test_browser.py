@@ -168,6 +168,11 @@ def test_outcome_map_runs_ten_thousand_motions(opened):
     assert sum(counts.values()) == 10_000
     assert counts["slip_stop"] > 500 and counts["separation"] > 500 and counts["open"] > 500
     assert "10000 motions with the law bilinear-hertz" in page.locator(".map ~ .note").inner_text()
+    # Each outcome stands in the legend with its part of the map.
+    legend = page.locator(".map + .legend").inner_text()
+    for outcome, text in (("open", "lifts off at once"), ("slip_stop", "the slip stops")):
+        (part,) = re.findall(rf"{text} \(([\d.]+) %\)", legend)
+        assert float(part) == pytest.approx(counts[outcome] / 100, rel=0.05)
     # A change while it fills begins it again, and the shown motion stays that of the start.
     before = rows(page, 1)
     take(page, "x_A_dot", "-2")
@@ -243,6 +248,14 @@ def test_numbers_fit_their_fields(opened):
 def test_the_law_and_its_choices_stand_on_the_page(opened):
     page = opened()
     law = page.locator("p.law")
+    curves = page.locator(".motion .legend li").evaluate_all(
+        "(all) => all.map((li) => [li.textContent, li.firstChild.className.split(' ')[2]])"
+    )
+    assert curves == [
+        [f"{name}, {kind}", force]
+        for kind in ("compliant", "rigid")
+        for name, force in (("F_n", "normal"), ("F_t", "tangential"))
+    ]
     assert law.inner_text() == (
         "Contact law: bilinear-hertz, reload elastic; beside it rigid, restitution energetic, "
         "policy liftoff."
