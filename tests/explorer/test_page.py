@@ -100,10 +100,14 @@ def test_words_of_the_page_have_the_meanings_of_the_glossary():
     rows = {}
     for line in re.findall(r"^\| (?!term|---)(.*) \|$", glossary.read_text("utf-8"), re.M):
         terms, meaning = line.split(" | ")[:2]
-        rows |= dict.fromkeys(terms.split(", "), meaning.replace("`", ""))
+        plain = terms.replace("$", "").replace("\\mu", "μ").replace("'", "′")
+        rows |= dict.fromkeys(plain.split(", "), meaning.replace("`", ""))
     words = data_of(ps.explore("rod").html)["words"]
     assert len(words) > 15
-    assert {word: rows.get(word) for word in words} == words
+    # Formulas, which a tooltip cannot show, stand at the end.
+    for word, meaning in words.items():
+        own, end = rows[word][: len(meaning)], rows[word][len(meaning) :]
+        assert own == meaning and (not end or end[0] in ",:;"), word
 
 
 def test_the_law_of_a_page_is_that_of_simulate_and_virgin_only_of_the_papers_presets():
