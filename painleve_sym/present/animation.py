@@ -26,6 +26,7 @@ from painleve_sym.present.film import DPI, EVENT, GROUND, SLIP, FilmPicture, mec
 from painleve_sym.present.page import Page
 from painleve_sym.present.scene import Scene, film_times
 from painleve_sym.present.style import CONTACTS, NORMAL, REFERENCE, STYLE, TANGENTIAL
+from painleve_sym.quantities import scaled_unit
 
 FORMATS = (".gif", ".mp4", ".html")
 
@@ -140,7 +141,9 @@ class Animation:
             image.save(content, "PNG", optimize=True)
             frames.append(base64.b64encode(content.getvalue()).decode())
         data = ",".join(f'"{frame}"' for frame in frames)
-        clock = ",".join(f'"{t:.6g} s"' for t in self.scene.times)
+        times = self.scene.times
+        factor, unit = scaled_unit("s", float(times[-1] - times[0]))
+        clock = ",".join(f'"{t * factor:.4g} {unit}"' for t in times)
         player = _PLAYER.replace("FRAMES", data).replace("TIMES", clock)
         first = f'src="data:image/png;base64,{frames[0]}" alt="{escape(self.title())}"'
         return (

@@ -20,24 +20,32 @@ def make_legible(text: Any) -> None:
 
     PainleveWarning names the letters that no installed font has.
     """
-    words = text.get_text()
-    own = _letters(findfont(FAMILY))
-    if all(ord(c) in own for c in words if c != "\n"):
+    words, own = text.get_text(), _letters(findfont(FAMILY))
+    letters = frozenset(map(ord, words)) - {ord("\n")}
+    if letters <= own:
         return
-    family, letters = _best_font(frozenset(words))
+    family, others = _best_font(letters - own)
     # A text with formulas has one font for its words, others fall back on the style's.
-    kept = letters if "$" in words else letters | own
-    lost = sorted({c for c in words if c != "\n" and ord(c) not in kept})
-    text.set_fontfamily([family, FAMILY])
+    formulas = words.count("$") > words.count(r"\$")
+    lost = letters - (others if formulas else others | own)
+    if len(lost) < len(letters - own):
+        text.set_fontfamily([family, FAMILY])
+    else:
+        lost = letters - own
     if lost:
-        shown = ", ".join(f"{c!r} (U+{ord(c):04X})" for c in lost)
+        shown = ", ".join(f"{chr(c)!r} (U+{c:04X})" for c in sorted(lost))
         warnings.warn(
             f"figure: no installed font has {shown}; drawn as '?'. "
             "Fix: install a font for this script, such as Noto.",
             PainleveWarning,
             stacklevel=2,
         )
-        text.set_text("".join("?" if c in lost else c for c in words))
+        text.set_text("".join("?" if ord(c) in lost else c for c in words))
+
+
+def is_foreign(text: str) -> bool:
+    """Return whether a text has letters that the font of figures lacks."""
+    return not set(map(ord, text)) <= _letters(findfont(FAMILY))
 
 
 @functools.cache
@@ -46,16 +54,15 @@ def _letters(path: str) -> frozenset[int]:
 
 
 @functools.cache
-def _best_font(letters: frozenset[str]) -> tuple[str, frozenset[int]]:
-    """Return the family, and letters, of the installed font with most of the letters."""
-    wanted = {ord(c) for c in letters}
+def _best_font(wanted: frozenset[int]) -> tuple[str, frozenset[int]]:
+    """Return family and letters of the installed font with most of the letters wanted."""
     fonts = {
         entry.name: _letters(entry.fname)
         for entry in sorted(fontManager.ttflist, key=lambda e: (e.name, e.fname))
         # Matplotlib's font of last resort has a box for every letter.
         if entry.style == "normal" and entry.weight == 400 and "last" not in entry.name.lower()
     }
-    name = max(fonts, key=lambda family: len(wanted & fonts[family]))
+    name = max(fonts, key=lambda family: (len(wanted & fonts[family]), len(fonts[family])))
     return name, fonts[name]
 
 

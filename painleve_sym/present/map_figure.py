@@ -18,6 +18,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from painleve_sym.arrays import Array
 from painleve_sym.escape import figure_text
+from painleve_sym.present.fonts import is_foreign
 from painleve_sym.present.style import (
     DASHES,
     PALETTE,
@@ -84,7 +85,13 @@ def map_figure(regions: RegionMap, width: float | None = None) -> Figure:
         axes.plot(*regions.crossings.T, markeredgewidth=0.9, zorder=5, **CROSSING)
     _draw_thresholds(axes, regions)
     _label(axes, regions)
-    axes.set_title(fitted(_title(regions), float(figure.get_figwidth()) - 0.6))
+    name, held = figure_text(regions.mechanism), _held(regions)
+    if is_foreign(name):
+        # Text with formulas has one font alone.
+        axes.set_title(name, loc="right")
+    else:
+        held = [name, *held]
+    axes.set_title(fitted(held, float(figure.get_figwidth()) - 0.6))
     legend_below(figure, _legend(regions))
     return figure
 
@@ -233,10 +240,10 @@ def _label(axes: Axes, regions: RegionMap) -> None:
             _name_curve(axes, regions, name, pieces)
 
 
-def _title(regions: RegionMap) -> list[str]:
-    """Return mechanism, direction of slip, and the values that are held, with their units."""
+def _held(regions: RegionMap) -> list[str]:
+    """Return the direction of slip, and the values that are held, with their units."""
     sign = "<" if regions.slip < 0 else ">"
-    parts = [figure_text(regions.mechanism), f"$v_t {sign} 0$"]
+    parts = [f"$v_t {sign} 0$"]
     if "mu" in regions.parameters:
         parts.append(value_text("mu", regions.parameters["mu"], "1"))
     solved = [part.rpartition(":")[2] for part in regions.close.split(",") if part]

@@ -37,7 +37,8 @@ figure { margin: 1rem 0; }
 figure svg, figure img { box-sizing: border-box; display: block; max-width: 100%; height: auto;
   background: #fff; padding: 0.4rem; border-radius: 0.3rem; }
 figure.whole svg { width: 100%; }
-figure.film div { display: flex; gap: 0.8rem; align-items: center; max-width: 30rem; }
+figure.film div { display: flex; gap: 0.8rem; align-items: center; max-width: 30rem;
+  margin-top: 0.5rem; }
 figure.film label { display: flex; gap: 0.5rem; flex: 1; } figure.film input { flex: 1; }
 figure.film output { min-width: 7rem; font-variant-numeric: tabular-nums; }
 figcaption { font-size: 0.9rem; color: var(--soft); }

@@ -139,8 +139,7 @@ def markdown(reproduction: Reproduction) -> str:
     """Return the report: an overview, then every item with its figure and numbers."""
     parts = [
         "# The paper again",
-        f"{reproduction.source}: every table, figure and formula, computed and compared with the "
-        "print.",
+        f"{_subject(reproduction)}, computed and compared with the print.",
         summary(reproduction),
         ON_RECORD,
         " ".join(f"*{name}*: {meaning}." for name, meaning in VERDICTS.items()),
@@ -156,6 +155,10 @@ def markdown(reproduction: Reproduction) -> str:
     for item in reproduction.items:
         parts += _section(item, reproduction.label(item))
     return "\n\n".join(parts) + "\n"
+
+
+def _subject(reproduction: Reproduction) -> str:
+    return f"{reproduction.source.rstrip('.')}: every table, figure and formula"
 
 
 def _section(item: Item, label: str) -> list[str]:
@@ -238,7 +241,9 @@ def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> Page:
     """Return the report as one page with formulas, and figures as SVG text by the item's label."""
     meanings = "".join(f"<dt>{escape(n)}</dt><dd>{escape(m)}</dd>" for n, m in VERDICTS.items())
     lead = (
-        paragraph(f"{reproduction.source}: every table, figure and formula, computed again.")
+        paragraph(
+            f"{reproduction.source.rstrip('.')}: every table, figure and formula, computed again."
+        )
         + paragraph(summary(reproduction))
         + paragraph(ON_RECORD)
         + f"<dl>{meanings}</dl>"
@@ -272,19 +277,20 @@ def _verdict_html(item: Item) -> str:
 
 def _item_html(item: Item, label: str, svg: str | None) -> str:
     command = f"painleve reproduce {item.paper_name} --only {item.id} --out {item.id}"
-    lines = [f"paper: {escape(item.paper)}", f"computed: {escape(item.computed)}"]
-    lines.append(f"verdict: {_verdict_html(item)}")
-    lines += [escape(item.reason)] if item.reason else []
-    for statement, holds in item.data.get("checks", {}).items():
-        lines.append(f"{'holds' if holds else 'does not hold'}: {escape(statement)}")
-    parts = [f"<ul>{''.join(f'<li>{line}</li>' for line in lines)}</ul>"]
     pairs = (("printed", "printed in the paper"), ("derived", "derived here"))
-    # MathML of the package's own printer.
+    # MathML of the package's own printer, in place of the same as text.
     boxes = [
         f"<div><p>{words}</p>{item.data[f'{name}_mathml']}</div>"
         for name, words in pairs
         if f"{name}_mathml" in item.data
     ]
+    lines = [f"verdict: {_verdict_html(item)}"]
+    if not boxes:
+        lines = [f"paper: {escape(item.paper)}", f"computed: {escape(item.computed)}", *lines]
+    lines += [escape(item.reason)] if item.reason else []
+    for statement, holds in item.data.get("checks", {}).items():
+        lines.append(f"{'holds' if holds else 'does not hold'}: {escape(statement)}")
+    parts = [f"<ul>{''.join(f'<li>{line}</li>' for line in lines)}</ul>"]
     if boxes:
         parts.append(f'<div class="pair">{"".join(boxes)}</div>')
     if svg is not None:

@@ -252,6 +252,7 @@ class Look:
             for axes in figure.axes:
                 letter = re.match(r"\([a-z]\)", axes.get_title(loc="left"))
                 axes.set_title(letter.group() if letter else "", loc="left")
+                axes.set_title("", loc="right")
 
 
 def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> None:

@@ -255,7 +255,7 @@ def test_page_needs_no_other_file(bounce, tmp_path):
     assert text.count("iVBOR") >= 6
     assert "prefers-reduced-motion" in text and "<label>Time" in text
     # A clock beside the slider, in a page with the style of all.
-    assert "<output>" in text and '"0.2 s"' in text and "system-ui" in text
+    assert "<output>" in text and '"200 ms"' in text and "system-ui" in text
 
 
 def test_name_of_a_mechanism_is_text_in_the_page(tmp_path):

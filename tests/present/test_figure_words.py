@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -316,12 +317,16 @@ def titled(title):
 ROD_FILE = "examples/mechanisms/rod.toml"
 
 
-def test_name_in_another_script_has_a_font_or_one_clear_notice(tmp_path):
-    from pathlib import Path
-
+@pytest.fixture(scope="module")
+def foreign(tmp_path_factory):
     text = (Path(__file__).parents[2] / ROD_FILE).read_text("utf-8")
-    (tmp_path / "rod.toml").write_text(text.replace('"rod-from-file"', '"棒 5 $"'), "utf-8")
-    run = simulate(load_mechanism(str(tmp_path / "rod.toml")), "rigid", None, t_end=0.01)
+    path = tmp_path_factory.mktemp("foreign") / "rod.toml"
+    path.write_text(text.replace('"rod-from-file"', '"棒 5 $"'), "utf-8")
+    return load_mechanism(str(path))
+
+
+def test_name_in_another_script_has_a_font_or_one_clear_notice(foreign):
+    run = simulate(foreign, "rigid", None, t_end=0.01)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         figure = painted(run.plot())
@@ -329,6 +334,20 @@ def test_name_in_another_script_has_a_font_or_one_clear_notice(tmp_path):
     messages = [str(w.message) for w in caught]
     assert all("no installed font has '棒' (U+68D2)" in m for m in messages)
     assert ("棒" in title) == (not messages) and r"\$" in title
+
+
+def test_name_in_another_script_beside_formulas_has_its_own_font(foreign, monkeypatch):
+    monkeypatch.setattr(fonts, "_best_font", lambda letters: (fonts.FAMILY, letters))
+    (axes,) = map_figure(region_map(foreign, ("theta", "mu"), points=5)).axes
+    assert axes.get_title(loc="right") == r"棒 5 \$"
+    assert axes.get_title(loc="left").startswith("$v_t < 0$")
+
+
+def test_font_is_that_with_the_missing_letters(monkeypatch):
+    monkeypatch.setattr(fonts, "_best_font", lambda letters: ("Some Font", letters))
+    text = titled("棒 and more").axes[0]._left_title
+    assert text.get_fontfamily() == ["Some Font", fonts.FAMILY]
+    assert text.get_text() == "棒 and more"
 
 
 def test_letter_that_no_font_has_is_named_once(monkeypatch):
