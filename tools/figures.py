@@ -95,7 +95,8 @@ def recipes() -> Iterator[tuple[tuple[Path, ...], Callable[[Path], None]]]:
         yield (FIGURES / name,), partial(run_item, item, name)
     for script in SCRIPTS:
         yield script.figures, partial(run_script, script)
-    yield tuple(FIGURES / name for name in NUMERICS), run_numerics
+    yield tuple(FIGURES / name for name in NUMERICS), partial(run_page, "numerics_page")
+    yield (FIGURES / "peers.png",), partial(run_page, "peers_page")
 
 
 def films() -> Iterator[tuple[str, str]]:
@@ -122,9 +123,9 @@ def run_script(script: Script, folder: Path) -> None:
     _python(str(STUDIES / script.path), *arguments)
 
 
-def run_numerics(folder: Path) -> None:
-    """Draw the kept numbers of the benchmarks."""
-    _python("-m", "tests.benchmarks.numerics_page", "--figures", str(folder))
+def run_page(page: str, folder: Path) -> None:
+    """Draw the kept numbers of a page of the benchmarks."""
+    _python("-m", f"tests.benchmarks.{page}", "--figures", str(folder))
 
 
 def _python(*words: str) -> None:

@@ -25,6 +25,7 @@ PICTURES = {
     "growth": "examples/studies/reverse_chatter/growth.png",
     "impact_energy": "docs/figures/impact-energy.png",
     "rigid_rod": "examples/studies/rigid_rod/rigid-rod.png",
+    "run_all": "docs/figures/peers.png",
     "sensitive_impact": "docs/figures/sensitive-impact.png",
     "sticking_feet": "docs/figures/sticking-feet.png",
     "study": "docs/figures/critical-force-convergence.png",

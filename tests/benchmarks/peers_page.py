@@ -1,12 +1,18 @@
-"""Write the tables of ``docs/peers.md`` from the results in ``examples/studies/peers``."""
+"""Write tables and figure of ``docs/peers.md`` from the results in ``examples/studies/peers``."""
 
 from __future__ import annotations
 
+import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+
+from painleve_sym.present.style import PAGE as WIDTH
+from painleve_sym.present.style import PALETTE, legend_below, legend_entries, styled, write_figure
+from painleve_sym.quantities import axis_label, number_latex
 from tools.tables import table, written
 
 ROOT = Path(__file__).parents[2]
@@ -68,10 +74,41 @@ def tables(results: Sequence[dict[str, Any]]) -> dict[str, str]:
     return {"versions": version_table(results)} | made_of_states
 
 
+@styled
+def figure(results: Sequence[dict[str, Any]]) -> Figure:
+    """Return the normal impulse of every program and setting, a panel for each state."""
+    rows = [
+        (f"{result['program']}: {setting}", states)
+        for result in results
+        for setting, states in result.get("settings", {}).items()
+    ]
+    drawn = Figure(figsize=(WIDTH, 0.4 + 0.17 * len(rows)), layout="constrained")
+    panels = drawn.subplots(1, len(MARKS), sharex=True, sharey=True)
+    for letter, axes, state in zip("abcd", panels, MARKS, strict=True):
+        for h, symbol, colour in zip(STEPS, "so^", PALETTE, strict=False):
+            for i, (_, states) in enumerate(rows):
+                kept = [row["impulse"] for row in states[state] if row["step"] == h]
+                look = {"color": colour, "markerfacecolor": "none", "markersize": 3.6}
+                label = f"$h = {number_latex(h)}$ s" if i == 0 else "_"
+                axes.plot(kept, [i] * len(kept), symbol, label=label, **look)
+        axes.set(xlabel=axis_label("P_n", "N s"), title=f"({letter}) {state.split(' (')[0]}")
+        axes.tick_params(left=False, right=False)
+        axes.margins(x=0.08)
+        axes.grid(axis="y", color="0.92", linewidth=0.5)
+    panels[0].set_yticks(range(len(rows)), [name for name, _ in rows], fontsize=6.5)
+    panels[0].invert_yaxis()
+    legend_below(drawn, legend_entries(panels))
+    return drawn
+
+
 def main() -> None:
     """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--figures", type=Path, default=PAGE.parent / "figures", help="folder")
+    options = parser.parse_args()
     results = json.loads(RESULTS.read_text("utf-8"))
     PAGE.write_text(written(PAGE.read_text("utf-8"), tables(results)), "utf-8")
+    write_figure(figure(results), options.figures / "peers.png")
 
 
 if __name__ == "__main__":
