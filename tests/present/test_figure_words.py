@@ -213,7 +213,9 @@ def test_axes_and_title_of_a_map_have_symbols_units_and_the_direction_of_slip(re
 
 
 def test_title_of_a_map_names_what_closes_the_contact():
-    closed = region_map("rod", ("theta", "mu"), points=5, state={"x_A_dot": -1.0}, close="y_A")
+    closed = region_map(
+        "rod", ("theta", "mu"), points=5, state={"x_A_dot": -1.0, "y_A": 0.1}, close="y_A"
+    )
     title = map_figure(closed).axes[0].get_title(loc="left")
     assert title.endswith("$y_{A}$ closes the contact") and "$y_{A} =" not in title
 
