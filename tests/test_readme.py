@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 
 import painleve_sym
+from painleve_sym.choices import Friction
+from painleve_sym.cli import main
 from painleve_sym.cli.texts import COMMANDS
 from tests.site_pages import Page
 
@@ -94,6 +96,32 @@ def test_no_page_installs_the_package_by_name_or_from_an_address():
             assert not re.search(r"pip install (-\S+ )*'?painleve-sym", text), page
             assert "github.com/painleve-sym" not in text, page
     assert "urls" not in PROJECT
+
+
+def test_pages_name_the_friction_of_the_package():
+    limits = (ROOT / "docs" / "reference" / "limits.md").read_text("utf-8")
+    for text in (README, limits):
+        for law in set(Friction) - {Friction.COULOMB}:
+            assert re.search(rf"{law.value}\b", text, re.IGNORECASE), law
+        assert "whatever the speed" not in text
+
+
+def test_without_a_compiler_export_and_explore_fail_and_motions_do_not(
+    tmp_path, monkeypatch, capsys
+):
+    """As the README says."""
+    page = " ".join(README.split())
+    assert (
+        "Without a compiler, `export`, and `explore` of a mechanism or law of your own, end" in page
+    )
+    monkeypatch.setenv("CC", "/nonexistent/cc")
+    monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path / "cache"))
+    start = ["rod", "--law", "rigid", "--t-end", "1e-3"]
+    assert main(["export", *start, "--out", str(tmp_path / "c")]) == 1
+    assert "no working C compiler" in capsys.readouterr().err
+    assert main(["simulate", *start]) == 0
+    assert "engine erk" in capsys.readouterr().out
+    assert main(["explore", "rod", "--out", str(tmp_path / "rod.html")]) == 0
 
 
 def test_targets_of_make_that_pages_name_exist():

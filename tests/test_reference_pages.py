@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 import tomllib
@@ -95,6 +96,14 @@ def test_mechanisms_laws_and_choices_are_complete(pages):
     assert re.findall(headings, laws, re.M) == list(LAWS)
     assert first_cells(laws.split("## Restitution rules")[1]) == list(RESTITUTIONS)
     assert "`virgin`" in pages.named_choices()
+
+
+@pytest.mark.parametrize("name", ["mechanism", "scenario", "sweep"])
+def test_every_key_of_a_schema_is_in_its_table(pages, name):
+    schema = json.loads((ROOT / "docs" / "schemas" / f"{name}.schema.json").read_text("utf-8"))
+    keys = first_cells(pages.schema_table(name))
+    assert set(schema["properties"]) <= set(keys)
+    assert len(keys) > len(schema["properties"])
 
 
 def test_every_public_name_is_on_the_page_of_names_once():

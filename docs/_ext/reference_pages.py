@@ -14,7 +14,7 @@ import re
 import tempfile
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
@@ -369,14 +369,15 @@ def _schema_rows(schema: Any, part: Any, where: str) -> Iterator[tuple[str, str,
 
 def _resolved(schema: Any, part: Any) -> Any:
     while "$ref" in part:
-        part = schema["$defs"][part["$ref"].rpartition("/")[2]]
+        keys = part["$ref"].split("/")[1:]
+        part = reduce(lambda inner, key: inner[key], keys, schema)
     return part
 
 
 def _schema_type(schema: Any, part: Any) -> str:
     if "enum" in part:
         return " or ".join(code(v) for v in part["enum"])
-    variants = part.get("oneOf") or part.get("anyOf")
+    variants = part.get("oneOf") or part.get("anyOf") or part.get("allOf")
     if variants:
         texts = [_schema_type(schema, _resolved(schema, v)) for v in variants]
         return " or ".join(dict.fromkeys(texts))
