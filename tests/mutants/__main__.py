@@ -41,7 +41,11 @@ def run_tests(tests: Sequence[str], mutant: Mutant | None = None) -> tuple[int, 
         # With what Python compiled of it: it knows a changed file by its date.
         for part in ("painleve_sym", "tests", "examples"):
             shutil.copytree(ROOT / part, copy / part)
-        shutil.copy2(ROOT / "pyproject.toml", copy)
+        # Pages, without those that a build of the site made.
+        made = shutil.ignore_patterns("_generated", "gallery", "api", "json")
+        shutil.copytree(ROOT / "docs", copy / "docs", ignore=made)
+        for file in ("pyproject.toml", "Makefile", *(p.name for p in ROOT.glob("*.md"))):
+            shutil.copy2(ROOT / file, copy)
         if mutant is not None:
             mutant.apply(copy / "painleve_sym")
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]

@@ -19,7 +19,7 @@ class Mutant:
     name : str
         What is wrong, in a few words.
     file : str
-        Path from the package's folder.
+        Path from the package's folder; pages are outside of it, such as ``../README.md``.
     old, new : str
     tests : tuple of str
         Node ids of pytest, from the folder of tests: one of them must fail.
