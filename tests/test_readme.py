@@ -111,9 +111,8 @@ def test_without_a_compiler_export_and_explore_fail_and_motions_do_not(
 ):
     """As the README says."""
     page = " ".join(README.split())
-    assert (
-        "Without a compiler, `export`, and `explore` of a mechanism or law of your own, end" in page
-    )
+    sentence = "Without a compiler, `export`, and `explore` of another mechanism or law than the rod's, end"
+    assert sentence in page
     monkeypatch.setenv("CC", "/nonexistent/cc")
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path / "cache"))
     start = ["rod", "--law", "rigid", "--t-end", "1e-3"]
