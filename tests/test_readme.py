@@ -111,8 +111,7 @@ def test_without_a_compiler_export_and_explore_fail_and_motions_do_not(
 ):
     """As the README says."""
     page = " ".join(README.split())
-    sentence = "Without a compiler, `export`, and `explore` of another mechanism or law than the rod's, end"
-    assert sentence in page
+    assert "`explore` of another mechanism or law than the rod's, end with an error" in page
     monkeypatch.setenv("CC", "/nonexistent/cc")
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path / "cache"))
     start = ["rod", "--law", "rigid", "--t-end", "1e-3"]
