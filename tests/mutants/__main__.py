@@ -42,8 +42,8 @@ def run_tests(tests: Sequence[str], mutant: Mutant | None = None) -> tuple[int, 
         for part in ("painleve_sym", "tests", "examples"):
             shutil.copytree(ROOT / part, copy / part)
         # Pages, without those that a build of the site made.
-        made = shutil.ignore_patterns("_generated", "gallery", "api", "json")
-        shutil.copytree(ROOT / "docs", copy / "docs", ignore=made)
+        generated = shutil.ignore_patterns("_generated", "gallery", "api", "json")
+        shutil.copytree(ROOT / "docs", copy / "docs", ignore=generated)
         for file in ("pyproject.toml", "Makefile", *(p.name for p in ROOT.glob("*.md"))):
             shutil.copy2(ROOT / file, copy)
         if mutant is not None:
