@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.cli.case import chosen_law, chosen_mechanism
 from painleve_sym.cli.output import number, print_json, show, show_table
-from painleve_sym.cli.texts import AUTOMATON_FORMATS
+from painleve_sym.cli.texts import AUTOMATON_FORMATS, meanings
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
@@ -39,17 +39,23 @@ def checked_format(text: str, known: Sequence[str]) -> str:
 
 
 def models(arguments: argparse.Namespace) -> int:
-    """List the mechanisms, or show the named one."""
-    names = MODELS if arguments.name is None else [arguments.name]
-    mechanisms = [model(name) for name in names]
+    """List the mechanisms in a line each, or show the named one."""
     if arguments.json:
-        print_json({"models": [model_data(m) for m in mechanisms]})
-        return 0
-    for i, mechanism in enumerate(mechanisms):
-        if i:
-            show()
-        _show_model(mechanism)
+        names = MODELS if arguments.name is None else [arguments.name]
+        print_json({"models": [model_data(model(name)) for name in names]})
+    elif arguments.name is None:
+        _show_list("mechanisms, the CASE of most commands", {n: model(n).title for n in MODELS})
+        show("`painleve models NAME` shows one: sketch, coordinates, parameters, source")
+    else:
+        _show_model(model(arguments.name))
     return 0
+
+
+def _show_list(heading: str, sentences: Mapping[str, str]) -> None:
+    first, *others = sentences.items()
+    show(heading)
+    show_table(first, others, left=(0, 1))
+    show()
 
 
 def model_data(mechanism: Mechanism) -> dict[str, Any]:
@@ -119,18 +125,16 @@ def _range(parameter: Parameter) -> str:
 
 
 def laws(arguments: argparse.Namespace) -> int:
-    """List the contact laws and the restitution rules, or show the named one."""
+    """List the contact laws and the restitution rules in a line each, or show the named one."""
     if arguments.name is not None:
         return _one_law_or_rule(arguments.name, arguments.json)
     if arguments.json:
         print_json(laws_data())
         return 0
-    show("contact laws (simulate, automaton): --law NAME --law-set PARAMETER=VALUE,...")
-    for name in LAWS:
-        show()
-        _show_law(one_law(name))
-    show()
-    _show_rules(list(RESTITUTIONS))
+    _show_list("contact laws (--law NAME)", {name: one_law(name).title for name in LAWS})
+    rules = {name: make().title for name, make in RESTITUTIONS.items()}
+    _show_list("restitution rules (jump --rule NAME, --law rigid)", rules)
+    show("`painleve laws NAME` shows one: parameters, choices, source")
     return 0
 
 
@@ -154,16 +158,16 @@ def _one_law_or_rule(name: str, as_json: bool) -> int:
 
 
 def materials(arguments: argparse.Namespace) -> int:
-    """List the materials, or show the named one."""
+    """List the materials in a line each, or show the named one."""
     named = known_materials()
-    chosen = list(named.values()) if arguments.name is None else [material(arguments.name)]
     if arguments.json:
+        chosen = named.values() if arguments.name is None else [material(arguments.name)]
         print_json({"materials": [material_data(m) for m in chosen]})
-        return 0
-    for i, one in enumerate(chosen):
-        if i:
-            show()
-        _show_material(one)
+    elif arguments.name is None:
+        _show_list("materials (--material NAME)", {name: m.title for name, m in named.items()})
+        show("`painleve materials NAME` shows one: properties, friction and their sources")
+    else:
+        _show_material(material(arguments.name))
     return 0
 
 
@@ -210,9 +214,11 @@ def _material_row(name: str, value: MaterialValue) -> tuple[str, ...]:
 def _show_law(one: ContactLaw | RigidLaw) -> None:
     show(f"{one.name}: {one.title}")
     _show_parameters(one.parameters)
+    explained = meanings()
     for name, default in offered_choices(one).items():
         values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
-        show(f"  {name}: {values}")
+        meaning = explained.get(name, "").partition(":")[0]
+        show(f"  {name}{f' ({meaning})' if meaning else ''}: {values}")
         for value, note in _notes(name).items():
             show(f"    {value} is {note}")
     _show_source(one.source)

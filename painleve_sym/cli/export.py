@@ -8,7 +8,8 @@ from painleve_sym.c_export.export import export_scenario
 from painleve_sym.c_export.files import NUMERIC_FLAGS
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_folder
-from painleve_sym.cli.output import number, print_json, show
+from painleve_sym.cli.output import print_json, show
+from painleve_sym.cli.run import ending
 
 
 def export(arguments: argparse.Namespace) -> int:
@@ -31,9 +32,7 @@ def export(arguments: argparse.Namespace) -> int:
         )
         return 0
     show(f"{done.folder}: {', '.join(done.files)}")
-    reason, events = done.trajectory.stop_reason, len(done.trajectory.events)
-    end = number(done.trajectory.final_time)
-    show(f"The example has {events} events and ends at t = {end} s ({reason.advice}).")
+    show(f"The example {ending(done.trajectory)}, with {len(done.trajectory.events)} events.")
     show()
     show("build and compare, in that folder:")
     show("  cmake -B build && cmake --build build && (cd build && ctest)")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import textwrap
 from typing import Any, NoReturn
 
 import painleve_sym
@@ -17,6 +18,7 @@ from painleve_sym.cli.texts import (
     SCENARIO,
     STOPS,
     SWEEP,
+    meanings,
 )
 from painleve_sym.errors import InputError
 
@@ -37,6 +39,14 @@ class Parser(argparse.ArgumentParser):
         raise InputError(
             f"{f'{command}: ' if command else ''}{problem}. Fix: see `{self.prog} -h`."
         )
+
+    explains = False
+    """Whether the help ends with the meaning of words of laws and events."""
+
+    def format_help(self) -> str:
+        """Return the help."""
+        text = super().format_help()
+        return f"{text}\n{_words()}\n" if self.explains else text
 
     def options(self) -> list[str]:
         """Return the long options."""
@@ -456,4 +466,17 @@ def parsers() -> tuple[Parser, dict[str, Parser]]:
     _fit_options(sub["fit"])
     _cache_options(sub["cache"])
     _reproduce_options(sub["reproduce"])
+    for name, one in sub.items():
+        one.explains = "--law" in one.options() or name == "sweep"
     return parser, sub
+
+
+def _words() -> str:
+    """Return the words of laws and events with their meaning."""
+    explained = meanings()
+    width = max(map(len, explained)) + 4
+    lines = ["words:"]
+    for word, meaning in explained.items():
+        rows = textwrap.wrap(meaning, 80 - width)
+        lines += [f"  {word:{width - 2}}{rows[0]}", *(" " * width + row for row in rows[1:])]
+    return "\n".join(lines)

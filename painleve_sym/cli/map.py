@@ -94,8 +94,9 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
     for axis in data["axes"]:
         ends = f"{number(axis['from'])} to {quantity(axis['to'], axis['unit'])}"
         show(f"over {axis['name']} from {ends}, {axis['points']} points")
-    show(f"slip velocity {'<' if regions.slip < 0 else '>'} 0")
     show()
+    sign = "<" if regions.slip < 0 else ">"
+    show(f"cases of the rigid contact, slip with v_t {sign} 0")
     total = regions.case.size
     cases = _BILATERAL_CASES if regions.bilateral else _CASES
     rows = [
@@ -103,7 +104,7 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
         for name, text in cases.items()
         if regions.counts[name] or name not in ("outside", *("liftoff",) * regions.bilateral)
     ]
-    show_table(("case", "points", ""), rows, left=(0, 2))
+    show_table(("case", "points", "meaning"), rows, left=(0, 2))
     share = 100 * data["stick_feasible_count"] / total
     show(f"a contact without slip velocity could stick at {share:.2f} % of the points")
     show()

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from painleve_sym.study.maps.region_map import RegionMap
 
 WIDTH = 80
+ROUNDING = 1e-13
+"""Part of the size of a quantity below which its numbers are the rounding of others."""
 
 
 def print_json(data: Mapping[str, Any]) -> None:
@@ -103,10 +105,17 @@ def _plain(value: Any, place: str, lost: dict[str, str]) -> Any:
     return value
 
 
-def number(value: float, digits: int = 6) -> str:
-    """Return a number for people: `digits` significant ones."""
+def number(value: float, digits: int = 6, size: float = 0.0) -> str:
+    """Return a number for people: `digits` significant ones, and 0 for the rounding of a size."""
     # Adding 0.0 turns -0.0 into 0.0.
-    return f"{value + 0.0:.{digits}g}"
+    shown = 0.0 if abs(value) <= ROUNDING * size else value + 0.0
+    return f"{shown:.{digits}g}"
+
+
+def column(values: Sequence[float], digits: int = 6, size: float = 0.0) -> list[str]:
+    """Return numbers of one unit for people, 0 for what is rounding beside the largest of them."""
+    largest = max([size, *(abs(v) for v in values if math.isfinite(v))])
+    return [number(v, digits, largest) for v in values]
 
 
 def quantity(value: float, unit: str, digits: int = 6) -> str:

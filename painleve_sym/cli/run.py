@@ -269,58 +269,74 @@ def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, 
     own = {p.name for p in mechanism.outline.parameters}
     values = trajectory.parameters
     show_case(mechanism, scenario, {k: v for k, v in values.items() if k in own})
-    units = {p.name: p.unit for p in law.parameters}
+    units = trajectory.names.units
     choices = "".join(f" ({name} {value})" for name, value in trajectory.choices.items())
     of_law = assignments({k: v for k, v in values.items() if k not in own}, units)
     show(f"law {law.name}{choices}" + (f" with {of_law}" if of_law else ""))
     show()
-    _show_events(trajectory.events)
+    _show_events(trajectory)
     _show_end(trajectory, mechanism.state_units)
     if scenario.samples is not None:
-        _show_samples(samples(trajectory, scenario.samples))
+        _show_samples(samples(trajectory, scenario.samples), trajectory)
     for name, path in written.items():
         show(f"{_WRITTEN[name]}: {path}")
 
 
-def _show_events(events: Sequence[EventRecord]) -> None:
+def _show_events(trajectory: Trajectory) -> None:
+    events = trajectory.events
     if not events:
         show("no events")
         return
     half = SHOWN_EVENTS // 2
     hidden = max(0, len(events) - SHOWN_EVENTS)
     shown = events if not hidden else [*events[:half], *events[-half:]]
-    head, rows = _event_table(shown)
+    head, rows = _event_table(shown, trajectory)
     if hidden:
         rows.insert(half, ("...", f"{hidden} more", *[""] * (len(head) - 2)))
     show_table(head, rows, left=(1, 2), indent=0)
 
 
 def _event_table(
-    events: Sequence[EventRecord],
+    events: Sequence[EventRecord], trajectory: Trajectory
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return head and rows of a table of events; with the contact where there are several."""
     several = len({e.contact for e in events}) > 1
     head: tuple[str, ...] = ("time [s]", "event", "mode after", "F_n [N]", "depth [m]")
+    force = trajectory.size("normal_force")
     rows: list[tuple[str, ...]] = [
         (
             number(e.time, 9),
             f"{e.kind} {e.contact}" if several and e.contact else e.kind,
             e.mode_after,
-            number(e.normal_force),
-            number(e.compression),
+            number(e.normal_force, size=force),
+            number(e.compression, size=trajectory.size("gap", e.contact)),
         )
         for e in events
     ]
     return head, rows
 
 
-def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
-    reason = trajectory.stop_reason
+def ending(trajectory: Trajectory) -> str:
+    """Return a sentence on when and why a motion ended."""
+    reason, time = trajectory.stop_reason, f"t = {number(trajectory.final_time, 9)} s"
     text = trajectory.stop_detail or reason.advice
+    if reason is StopReason.T_END:
+        return f"reached the end time {time}"
+    if reason is StopReason.UNTIL:
+        kind = trajectory.events[-1].kind if trajectory.events else reason.label
+        return f"ended at {time} by {kind}"
+    if reason is StopReason.LEFT_DOMAIN:
+        return f"ended at {time}: {text}"
+    return f"stopped at {time}: {reason.label} ({text})"
+
+
+def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     show()
-    show(f"stopped at t = {number(trajectory.final_time, 9)} s: {reason.label} ({text})")
-    rows = [(n, number(v, 9), units.get(n, "")) for n, v in trajectory.final.items() if n in units]
-    rows += [(n, number(v, 9), "N") for n, v in trajectory.final_forces.items()]
+    show(ending(trajectory))
+    final = {n: v for n, v in trajectory.final.items() if n in units}
+    rows = [(n, number(v, 9, trajectory.size(n)), units[n]) for n, v in final.items()]
+    forces = trajectory.final_forces
+    rows += [(n, number(v, 9, trajectory.size(n)), "N") for n, v in forces.items()]
     show_table(("state", "value", "unit"), rows, left=(0, 2))
     _show_findings(trajectory, units)
     residual = trajectory.energy_residual
@@ -357,20 +373,20 @@ def _show_findings(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     show(f"  bounded force F* = {quantity(limit.bounded_force, 'N')}")
 
 
-def _show_samples(data: Mapping[str, Any]) -> None:
+def _show_samples(data: Mapping[str, Any], trajectory: Trajectory) -> None:
     show()
     ends = [name.removeprefix("gap_rate") for name in data if name.startswith("gap_rate")]
     for end in ends:
         if end:
             show(f"contact {end.removeprefix('_')}")
-        columns = {
-            "time [s]": data["time"],
-            "gap [m]": data[f"gap{end}"],
-            "slip [m/s]": data[f"slip_velocity{end}"],
-            "normal [m/s]": data[f"gap_rate{end}"],
-            "F_n [N]": data[f"normal_force{end}"],
-            "F_t [N]": data[f"tangential_force{end}"],
+        titles = {
+            f"gap{end}": "gap [m]",
+            f"slip_velocity{end}": "slip [m/s]",
+            f"gap_rate{end}": "normal [m/s]",
+            f"normal_force{end}": "F_n [N]",
+            f"tangential_force{end}": "F_t [N]",
         }
-        rows = zip(*columns.values(), strict=True)
-        cells = [[number(float(v)) for v in row] for row in rows]
-        show_table(list(columns), cells, left=(), indent=0)
+        columns = [[number(float(t)) for t in data["time"]]]
+        columns += [[number(float(v), size=trajectory.size(n)) for v in data[n]] for n in titles]
+        cells = list(zip(*columns, strict=True))
+        show_table(["time [s]", *titles.values()], cells, left=(), indent=0)

@@ -118,3 +118,16 @@ times, times_of_EVENT or event_times (all kinds). stop_reason is always kept.
 A failed motion is a point with its stop_reason, never left out.
 Chunks are written to FILE.parts as they finish. After any interruption the same
 command resumes there. How to read the result: docs/sweeps.md."""
+
+WORDS = ("policy", "reload", "virgin curve", "yield", "settle")
+"""Words of options that the help explains."""
+
+
+def meanings() -> dict[str, str]:
+    """Return the meaning of `WORDS`, as in the glossary."""
+    import tomllib
+    from importlib.resources import files
+
+    text = files("painleve_sym.explorer").joinpath("words.toml").read_text("utf-8")
+    every = tomllib.loads(text)
+    return {word: every[word] for word in WORDS}

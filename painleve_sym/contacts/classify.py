@@ -16,6 +16,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import Chatter, chatter
+from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
 from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.local_mode import ContactMode
@@ -342,8 +343,8 @@ def closed_contacts(where: str, mechanism: Mechanism, numbers: ContactNumbers) -
             closed.append(i)
         elif gap < -near:
             faults.append(
-                f"{name} starts inside the ground, gap = {gap:g} m, and no contact law "
-                "is given. Fix: start with gap 0, or use simulate with a law."
+                f"{name} starts inside the ground, gap = {gap:g} m, and no contact law is given. "
+                f"{closing_hint(mechanism, i)}; or use simulate with a law."
             )
         elif gap <= near and rate < -slow:
             faults.append(
@@ -355,14 +356,15 @@ def closed_contacts(where: str, mechanism: Mechanism, numbers: ContactNumbers) -
         elif gap <= near and rate <= slow:
             closed.append(i)
         elif single and gap > near:
-            faults.append(f"{name} is open, gap = {gap:g} m, need 0. Fix: start on the surface.")
+            faults.append(f"{name} is open, gap = {gap:g} m, need 0. {closing_hint(mechanism, i)}.")
         elif single:
             faults.append(
                 f"normal velocity {rate:g} m/s, need 0. "
                 "Fix: the contact is leaving: nothing to solve."
             )
     if not closed and not faults:
-        faults.append("no contact is closed. Fix: start with a gap of 0.")
+        hint = closing_hint(mechanism, 0).replace("close it", "close one")
+        faults.append(f"no contact is closed. {hint}.")
     if faults:
         raise InputError(f"{where}: " + " ".join(faults))
     return closed

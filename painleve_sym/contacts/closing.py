@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -174,6 +174,28 @@ def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:
             + (f"Fix: name one of {need}." if dependent else "No coordinate changes it.")
         )
     return unknown
+
+
+def closing_hint(
+    mechanism: Mechanism,
+    i: int,
+    without: Collection[str] = (),
+    otherwise: str = "Fix: start with a gap of 0",
+) -> str:
+    """Return how to close the i-th contact by a coordinate, as the last sentence of a message.
+
+    Such as ``Fix: close it with --close y_A, in Python close='y_A'``; coordinates that are to be
+    left out are `without`. `otherwise` where no other one changes the gap.
+    """
+    contacts = mechanism.outline.contacts
+    front = f"{contacts[i].name}:" if len(contacts) > 1 else ""
+    known = gap_slopes(mechanism, i).names
+    named = [c.name for c in mechanism.outline.coordinates if f"gap_by_{c.name}" in known]
+    named = [f"{front}{name}" for name in named if name not in without]
+    if not named:
+        return otherwise
+    listed = " or ".join(f"--close {name}" for name in named)
+    return f"Fix: close it with {listed}, in Python close={named[-1]!r}"
 
 
 def gap_slopes(mechanism: Mechanism, i: int) -> Quantities:

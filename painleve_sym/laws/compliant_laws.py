@@ -160,7 +160,8 @@ def bilinear_hertz(
         _bilinear_hertz,
         f"bilinear-hertz {bodies} {reload}",
         name="bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
-        title="elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
+        title="elasto-plastic Hertz law K δⁿ, unloading by the energetic restitution"
+        + ", two bodies" * (bodies == 2),
         source="Impact model resolution on Painlevé's paradox, (4)–(10)",
         parameters=(*_body_parameters(bodies), *_exponent(1.764), e),
         choices={"reload": str(reload)},

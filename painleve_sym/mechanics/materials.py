@@ -16,7 +16,12 @@ from painleve_sym.mechanics.declarations import Parameter
 
 DATA = "materials.toml"
 
-PROPERTIES: Mapping[str, str] = {"young_modulus": "Pa", "poisson_ratio": "1", "density": "kg/m^3"}
+PROPERTIES: Mapping[str, str] = {
+    "young_modulus": "Pa",
+    "poisson_ratio": "1",
+    "density": "kg/m^3",
+    "yield_strength": "Pa",
+}
 """Properties that a parameter may stand for (`Parameter.material`), with their SI units."""
 PAIR_PROPERTIES = ("static_friction", "sliding_friction", "restitution")
 """What belongs to two bodies in contact; no command takes it from here, since its range is wide."""
@@ -108,6 +113,11 @@ class Material:
     def density(self) -> float:
         """Density; kg/m³."""
         return self.value_of("density")
+
+    @property
+    def yield_strength(self) -> float:
+        """Stress from which a bar stays longer; Pa."""
+        return self.value_of("yield_strength")
 
 
 MaterialLike = Material | str

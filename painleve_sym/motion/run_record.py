@@ -17,6 +17,7 @@ from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.mechanics.materials import Material
 from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains
+from painleve_sym.motion.pressing import ContactSurface, contact_surfaces
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
 from painleve_sym.motion.rigidity import BodyPeriod, body_periods
 from painleve_sym.motion.singular_limit import ReverseChatter
@@ -34,7 +35,7 @@ class RunRecord:
     start: Start
     raw: RawRun
     resolved: Sequence[tuple[float, ...]] = ()
-    material: Material | None = None
+    materials: tuple[Material, Material] | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the recorded arrays, without the simulator."""
@@ -156,7 +157,28 @@ class RunRecord:
     @cached_property
     def body_periods(self) -> tuple[BodyPeriod, ...]:
         """Natural periods of the bodies."""
-        return body_periods(self.simulator.mechanism, self.start.values, self.material)
+        of_body = self.materials[0] if self.materials else None
+        return body_periods(self.simulator.mechanism, self.start.values, of_body)
+
+    @cached_property
+    def surfaces(self) -> tuple[ContactSurface, ...]:
+        """The surfaces of the compliant contacts that have a radius."""
+        contact = self.simulator.contact
+        names = [c.name for c in contact.mechanism.outline.contacts]
+        values, materials = self.start.values, self.materials or ()
+        return contact_surfaces(names, contact.laws, contact.own_laws, values, materials)
+
+    @cached_property
+    def scales(self) -> dict[str, float]:
+        """Scale of each state, gap, gap rate and slip velocity below which it is not resolved."""
+        contact = self.simulator.contact
+        names, scales = self.simulator.outline.state_names, self.start.scale.tolist()
+        of_states: dict[str, float] = dict(zip(names, scales, strict=True))
+        of_contacts: dict[str, float] = {}
+        for row, end in zip(contact.rows, contact.ends, strict=True):
+            named = {"gap": row.gap, "gap_rate": row.gap_rate, "slip_velocity": row.slip}
+            of_contacts |= {f"{k}{end}": of_states[name] for k, name in named.items()}
+        return of_contacts | of_states
 
     @cached_property
     def reverse_chatter(self) -> tuple[ReverseChatter, ...]:

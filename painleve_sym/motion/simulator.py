@@ -352,10 +352,10 @@ class Simulator:
         """
         state = self.mechanism.start if state is None else state
         given = self.given(parameters, law_parameters)
-        of_body = None
+        pair = None
         if material is not None:
             given = {**self.of_materials(material, given), **given}
-            of_body = two_materials(material)[0]
+            pair = two_materials(material)
         start = self.start(state, given, initial_force, close)
         checked = self.options(
             start.scale,
@@ -372,7 +372,7 @@ class Simulator:
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
         resolved = resolver.impulses if resolver else ()
-        trajectory = self.trajectory(raw, start, checked.rtol, resolved, of_body)
+        trajectory = self.trajectory(raw, start, checked.rtol, resolved, pair)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.values)
         return trajectory
@@ -690,14 +690,14 @@ class Simulator:
         start: Start,
         rtol: float,
         resolved: Sequence[tuple[float, ...]] = (),
-        material: Material | None = None,
+        materials: tuple[Material, Material] | None = None,
     ) -> Trajectory:
         """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
         return Trajectory(
             names=self.names,
             parameters=start.values,
             rtol=rtol,
-            record=RunRecord(self, start, raw, resolved, material),
+            record=RunRecord(self, start, raw, resolved, materials),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,

@@ -22,6 +22,7 @@ from painleve_sym.errors import EventKind, InputError, StopReason, received, unk
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_gains import EnergyGain, notices
+from painleve_sym.motion.pressing import ContactSurface, pressing_notices
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
 from painleve_sym.quantities import unit_of
@@ -163,6 +164,8 @@ class StoredRecord:
     energy_gains: tuple[EnergyGain, ...]
     constants: Array
     body_periods: tuple[BodyPeriod, ...] = ()
+    surfaces: tuple[ContactSurface, ...] = ()
+    scales: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, record: RunRecord | StoredRecord) -> StoredRecord:
@@ -324,12 +327,15 @@ class Trajectory:
     def notices(self) -> tuple[str, ...]:
         """Sentences that a reader of the result should know.
 
-        They name energy that the motion gained, and bodies that are not rigid in its impacts.
+        They name energy that the motion gained, bodies that are not rigid in its impacts, and
+        contacts that are pressed deeper or harder than their law holds for.
         """
         gained = notices(self.energy_gains)
         periods = self.body_periods
         durations = contact_durations(self.events) if periods else {}
-        return (*gained, *rigidity_notices(durations, periods))
+        pressed = self.record.surfaces if self.evaluator else ()
+        hard = pressing_notices(pressed, self.events, self.final_outputs) if pressed else ()
+        return (*gained, *rigidity_notices(durations, periods), *hard)
 
     @property
     def body_periods(self) -> tuple[BodyPeriod, ...]:
@@ -388,6 +394,28 @@ class Trajectory:
         """
         name = text_of(name, "trajectory: quantity")
         return self.t if name == "time" else self.values(name, self.t)
+
+    def size(self, name: str, contact: str = "") -> float:
+        """Return the size of a state, gap, rate or force in this motion, in its SI unit.
+
+        Numbers below 1e-13 of it are the rounding of others. It is the largest value at events,
+        beginnings of steps and the end, and no less than the scale of the absolute tolerance at the
+        start; that of a force is the largest force. With several contacts, `contact` is that of a
+        gap or its rate.
+        """
+        if "_force" in name:
+            known = [abs(v) for v in self.final_forces.values()]
+            known += [abs(f) for e in self.events for f in (e.normal_force, e.tangential_force)]
+            return max(known, default=0.0)
+        ends = f"{name}_{contact}" if len(self.names.contacts) > 1 and contact else name
+        known = [self.record.scales.get(ends, 0.0)]
+        if name in self.state_names:
+            i = self.state_names.index(name)
+            known.append(float(np.max(np.abs(self.step_rows[:, 0, i]), initial=0.0)))
+            known.append(abs(self.final[name]))
+        elif name.startswith("gap") and "rate" not in name:
+            known += [abs(e.compression) for e in self.events]
+        return max(known)
 
     def units(self, name: str) -> str:
         """Return the SI unit of a state, output or parameter; "1" where it has none."""
@@ -762,6 +790,8 @@ class Trajectory:
             "events": to_plain(self.events),
             "stop_reason": self.stop_reason.label,
             **self._findings,
+            "surfaces": to_plain(self.record.surfaces),
+            "scales": dict(self.record.scales),
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
@@ -803,6 +833,8 @@ class Trajectory:
             energy_gains=tuple(EnergyGain.from_dict(g) for g in text.get("energy_gains", ())),
             constants=arrays["constants"],
             body_periods=tuple(BodyPeriod(**p) for p in text.get("body_periods", ())),
+            surfaces=tuple(ContactSurface(**c) for c in text.get("surfaces", ())),
+            scales=text.get("scales", {}),
         )
         named = {name: text[name] for name in _NAMES} | {"contacts": tuple(text["contacts"])}
         evaluator = TapeOutputs.of_data(text["outputs"]) if text["outputs"] else None

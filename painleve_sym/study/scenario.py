@@ -16,7 +16,7 @@ from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.contacts.closing import closed_state
+from painleve_sym.contacts.closing import closed_state, closing_hint
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
@@ -321,7 +321,7 @@ class Scenario:
             place = "inside the ground" if gap < 0 else "above the ground"
             raise InputError(
                 f"jump of {mechanism.name!r}: the contact starts {place}, gap = {gap:g} m, need 0. "
-                "Fix: start on the surface, or use simulate with a law."
+                f"{closing_hint(mechanism, 0)}; or use simulate with a law."
             )
         try:
             return evaluate_jump(mechanism, rule, state, parameters=given)

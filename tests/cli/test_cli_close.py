@@ -62,3 +62,24 @@ def test_an_exported_example_starts_closed(capsys, tmp_path):
     assert run(capsys, *words, *closed)[0] == run(capsys, *words, *plain)[0] == 0
     for path in (tmp_path / "plain").glob("*.c"):
         assert (tmp_path / "closed" / path.name).read_text() == path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (("classify", "rod", "--state", "theta=1,y_A=0.1"), "--close y_A, in Python close='y_A'"),
+        (("jump", "rod", "--state", "theta=1,y_A=0.1"), "--close y_A, in Python"),
+        (("classify", "block-two-feet", "--state", "y_A=-0.1"), "--close B:y_A or --close B:theta"),
+        (("classify", "block-two-feet", "--state", "y_A=0.1"), "close one with --close A:y_A"),
+    ],
+)
+def test_an_open_contact_names_what_closes_it(capsys, words, hint):
+    code, out, err = run(capsys, *words)
+    assert (code, out) == (2, "") and hint in err
+
+
+@pytest.mark.parametrize(("axes", "named"), [("theta_1,mu", True), ("theta_1,theta_2", False)])
+def test_a_map_of_open_contacts_names_what_closes_them(capsys, axes, named):
+    _, _, err = run(capsys, "map", "two-link-arm", "--over", axes, "--points", "8")
+    assert "the map is drawn as if the contact were closed." in err
+    assert ("--close theta_2, in Python close='theta_2'" in err) == named

@@ -8,7 +8,8 @@ import runpy
 
 import pytest
 
-from painleve_sym.cli.output import print_json, show_table
+from painleve_sym.cli.output import column, number, print_json, show_table
+from painleve_sym.cli.texts import meanings
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
@@ -16,6 +17,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import CHOICES, LAWS, law, offered_choices
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import wrap_expression
+from painleve_sym.mechanics.materials import materials
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.papers import registry as study
 from painleve_sym.papers.impact_resolution import items
@@ -33,9 +35,42 @@ def test_models_lists_names_coordinates_parameters_units_and_source(capsys):
     assert rod["source"] and rod["sketch"]
     assert [work["key"] for work in rod["references"]] == ["ImpactModelResolution"]
     assert "doi" in rod["references"][0]["unconfirmed"]
-    code, out, err = run(capsys, "models")
+    code, out, err = run(capsys, "models", "rod")
     assert (code, err) == (0, "")
     assert "theta_dot" in out and "friction coefficient" in out
+
+
+@pytest.mark.parametrize(
+    ("command", "names"),
+    [("models", MODELS), ("laws", [*LAWS, *RESTITUTIONS]), ("materials", materials())],
+)
+def test_a_list_has_a_line_for_each_name_with_its_sentence(capsys, command, names):
+    code, out, err = run(capsys, command)
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    first = {line.split()[0]: line.split(maxsplit=1)[1] for line in lines if line[:3].strip()[:1]}
+    shown = [line.split()[0] for line in lines if line.startswith("  ") and line[2] != " "]
+    assert shown == list(names)
+    assert len(lines) < 2 * len(names) + 8 and all(len(line) <= 80 for line in lines)
+    title = data_of(capsys, command)[0]["title"]
+    assert " ".join(title.split()[:3]) in first[shown[0]]
+    assert f"`painleve {command} NAME` shows one" in lines[-1]
+
+
+def data_of(capsys, command):
+    return next(iter(run_json(capsys, command).values()))
+
+
+def test_help_explains_words_of_laws_and_events(capsys):
+    for command in ("simulate", "jump", "sweep", "automaton", "explore"):
+        _, out, _ = run(capsys, command, "--help")
+        flat = " ".join(out.split())
+        assert all(f"{word} {meaning}" in flat for word, meaning in meanings().items())
+        assert all(len(line) <= 80 for line in out.split("words:")[1].splitlines())
+    _, out, _ = run(capsys, "classify", "--help")
+    assert "words:" not in out
+    _, out, _ = run(capsys, "laws", "rigid")
+    assert "policy (what a rigid contact does where" in out
 
 
 def test_laws_lists_every_law_with_choices_that_work(capsys):
@@ -254,3 +289,9 @@ def test_long_formula_is_broken_where_it_can_be():
     lines = wrap_expression("f = ", "(aaa + bbb)*ccc + (ddd - eee)*fff", 24, "    ")
     assert lines == ["f = (aaa + bbb)*ccc", "    + (ddd - eee)*fff"]
     assert wrap_expression("", "x" * 50, 20) == ["x" * 50]
+
+
+def test_numbers_of_rounding_are_zero_beside_their_size():
+    assert number(-6.1e-21) == "-6.1e-21" and number(-0.0) == "0"
+    assert number(-6.1e-21, size=1e-4) == "0" and number(2e-17, size=1e-4) == "2e-17"
+    assert column([1e-3, -2e-18, float("nan")]) == ["0.001", "0", "nan"]

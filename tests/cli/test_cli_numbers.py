@@ -16,6 +16,7 @@ from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import TABLES
 from tests.cli.cli_helpers import (
     LAW,
+    ROOT,
     STIFF,
     TABLE_1,
     TABLE_2,
@@ -179,8 +180,45 @@ def test_simulate_text_fits_the_terminal(capsys):
     options = (*STIFF, "--t-end", "0.01", "--samples", "4")
     code, out, err = run(capsys, "simulate", "rod", "--state", TABLE_3, *options)
     assert (code, err) == (0, "")
-    assert "slip_stop" in out and "t_end" in out
+    assert "slip_stop" in out and "\nreached the end time t = 0.01 s\n" in out
     assert all(len(line) <= 80 for line in out.splitlines())
+
+
+def test_depths_of_rounding_are_printed_as_zero(capsys):
+    command = ("simulate", "rod", "--state", TABLE_3, *LAW, "--t-end", "0.01")
+    _, out, _ = run(capsys, *command)
+    rows = [line.split() for line in out.splitlines() if " flight " in line]
+    assert [row[-1] for row in rows] == ["0"]
+    (liftoff,) = [e for e in run_json(capsys, *command)["events"] if e["kind"] == "liftoff"]
+    assert 0 < abs(liftoff["compression"]) < 1e-18
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (
+            (*LAW, "--t-end", "1", "--until", "separation"),
+            "ended at t = 0.00398785803 s by separation",
+        ),
+        (("--law", "rigid", "--t-end", "10"), ": the rod lies flat at theta = pi"),
+        (
+            ("--law", "rigid", "--t-end", "1", "--max-events", "7"),
+            "s: event_limit (max_events was used up",
+        ),
+    ],
+)
+def test_the_end_of_a_motion_is_a_sentence(capsys, options, sentence):
+    _, out, _ = run(capsys, "simulate", "rod", *options)
+    assert sentence in " ".join(out.split())
+
+
+def test_parameters_of_a_law_keep_their_units_under_another_name(capsys, tmp_path):
+    text = (ROOT / "examples" / "mechanisms" / "rod.toml").read_text("utf-8")
+    head, parameters, rest = text.partition("[parameters]\n")
+    path = tmp_path / "rod.toml"
+    path.write_text(f'{head}{parameters}R = {{ default = 0.3, unit = "m" }}\n{rest}', "utf-8")
+    _, out, _ = run(capsys, "simulate", path, "--law", "hertz", "--t-end", "1e-4")
+    assert "R_law = 0.00645 m, n = 1.5" in " ".join(out.split())
 
 
 def test_simulate_text_shortens_a_long_list_of_events(capsys):

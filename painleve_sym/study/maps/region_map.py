@@ -17,7 +17,7 @@ from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.contacts.closing import unknowns
+from painleve_sym.contacts.closing import closing_hint, unknowns
 from painleve_sym.contacts.contact_numbers import closed_within, length_formula, sticking
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
@@ -289,7 +289,7 @@ def region_map(
     grids, is_open, used = _grids(mechanism, place, grid, slip, engine)
     if not (grids["case"] >= 0).any():
         raise InputError(_nothing_inside(mechanism, place))
-    _tell_where_open(is_open)
+    _tell_where_open(place, is_open)
     curves, crossings, shared = _zeros(mechanism, place, slip, grids, used)
     return RegionMap(
         mechanism=mechanism.name,
@@ -382,12 +382,13 @@ def _nothing_inside(mechanism: Mechanism, place: MapPlace) -> str:
     )
 
 
-def _tell_where_open(is_open: NDArray[np.bool_]) -> None:
+def _tell_where_open(place: MapPlace, is_open: NDArray[np.bool_]) -> None:
     count = int(is_open.sum())
     if count:
+        hint = closing_hint(place.mechanism, 0, place.over, "")
         warnings.warn(
-            f"at {count} of {is_open.size} points the state has a gap or a normal velocity; "
-            "the map shows the contact as if its surface were moved to it.",
+            f"at {count} of {is_open.size} points the state has a gap or a normal velocity; the "
+            f"map is drawn as if the contact were closed. {hint + '.' if hint else ''}".strip(),
             PainleveWarning,
             stacklevel=3,
         )
