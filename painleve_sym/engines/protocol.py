@@ -37,6 +37,8 @@ passed where that changes states by less than this part of their scale. As in th
 
 MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
 """Limits of a run where none are given."""
+MOST = 2**31 - 1
+"""The largest limit: the loop counts in C."""
 
 ADMITS = 3
 """Answers of `Prepared.admits` to a start."""
@@ -72,14 +74,20 @@ class RunOptions:
     start_departs: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        where = "integration"
-        number(self.rtol, "rtol", where=where, lower=1e-15, below=1.0)
-        chosen(Record, self.record, "record", where)
-        number(self.first_step, "first_step", where=where, lower=0.0)
-        if str(self.max_step) != "inf":
+        # What is given as a default is right.
+        where, usual = "integration", RunOptions
+        if type(self.rtol) is not float or not 1e-15 <= self.rtol < 1:
+            number(self.rtol, "rtol", where=where, lower=1e-15, below=1.0)
+        if self.record is not usual.record:
+            chosen(Record, self.record, "record", where)
+        if self.first_step is not usual.first_step:
+            number(self.first_step, "first_step", where=where, lower=0.0)
+        if self.max_step is not usual.max_step and str(self.max_step) != "inf":
             number(self.max_step, "max_step", where=where, above=0.0)
-        for name in ("max_steps", "max_events"):
-            whole_number(getattr(self, name), name, where=where, lower=1, upper=2**31 - 1)
+        if self.max_steps is not usual.max_steps:
+            whole_number(self.max_steps, "max_steps", where=where, lower=1, upper=MOST)
+        if self.max_events is not usual.max_events:
+            whole_number(self.max_events, "max_events", where=where, lower=1, upper=MOST)
 
 
 class Prepared(NamedTuple):

@@ -535,7 +535,7 @@ class Simulator:
         """Names and structure of the automaton, known without deriving it."""
         return self.integrator.outline
 
-    @property
+    @cached_property
     def where(self) -> str:
         """Place of a fault, as messages name it."""
         return f"{self.mechanism.name!r} with law {self.label!r}"
@@ -650,10 +650,12 @@ class Simulator:
         max_events: int = MAX_EVENTS,
     ) -> RunOptions:
         """Return checked options of a run; `scale` is that of its start. See `simulate`."""
-        t_end = number(t_end, "t_end", where=self.where, above=0.0)
-        # Before it scales the states: 0 times the infinite scale of some is nan.
-        rtol = number(rtol, "rtol", where=self.where, lower=1e-15, below=1.0)
-        kinds = names_of(until, f"{self.where}: until", "slip_stop")
+        if type(t_end) is not float or not 0 < t_end <= LARGEST:
+            t_end = number(t_end, "t_end", where=self.where, above=0.0)
+        if type(rtol) is not float or not 1e-15 <= rtol < 1:
+            # Before it scales the states: 0 times the infinite scale of some is nan.
+            rtol = number(rtol, "rtol", where=self.where, lower=1e-15, below=1.0)
+        kinds = names_of(until, f"{self.where}: until", "slip_stop") if until != () else ()
         for kind in kinds:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
