@@ -58,7 +58,7 @@ class LawsByContact(Mapping[str, Law]):
 
     def __init__(self, laws: Mapping[str, Law]) -> None:
         self._laws = dict(laws)
-        self.name = ",".join(f"{contact}={chosen.name}" for contact, chosen in self._laws.items())
+        self.name = law_text(self._laws)
         own = [chosen.of_contact(contact) for contact, chosen in self._laws.items()]
         every = [p for chosen in own for p in chosen.parameters]
         self.parameters = tuple({p.name: p for p in every}.values())
@@ -119,6 +119,13 @@ def law(name: str, **choices: str) -> Law | LawsByContact:
     """
     by_contact = "=" in text_of(name, "contact law")
     return _laws_by_contact(name, choices) if by_contact else one_law(name, **choices)
+
+
+def law_text(given: Law | Mapping[str, Law]) -> str:
+    """Return the text of which `law` makes the law, or the laws by contact; choices apart."""
+    if not isinstance(given, Mapping):
+        return given.name
+    return ",".join(f"{contact}={own.name}" for contact, own in given.items())
 
 
 def as_law(given: LawsLike) -> Law | Mapping[str, Law]:

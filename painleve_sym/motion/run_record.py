@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from painleve_sym import __version__
 from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.engines.protocol import RawRun
+from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.signature import mode_name
+from painleve_sym.laws.catalogue import law_text
 from painleve_sym.mechanics.materials import Material
 from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains
 from painleve_sym.motion.pressing import ContactSurface, contact_surfaces
@@ -27,6 +30,10 @@ if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator, Start
 
 
+OPTIONS = ("first_step", "max_step", "max_steps", "max_events")
+"""Options of a run besides its end and accuracy."""
+
+
 @dataclass(frozen=True)
 class RunRecord:
     """The record of a run; `resolved` are the impulses of the events that a resolver answered."""
@@ -34,12 +41,30 @@ class RunRecord:
     simulator: Simulator
     start: Start
     raw: RawRun
+    options: RunOptions
     resolved: Sequence[tuple[float, ...]] = ()
     materials: tuple[Material, Material] | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the recorded arrays, without the simulator."""
         return StoredRecord.of, (StoredRecord.of(self),)
+
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """See `Trajectory.inputs`."""
+        start, names = self.start, self.simulator.mechanism.state_names
+        options = {n: getattr(self.options, n) for n in ("t_end", *OPTIONS)}
+        options["until"] = list(map(str, self.options.until))
+        if start.force >= 0:
+            options["initial_force"] = start.force
+        if not np.array_equal(self.options.atol, self.options.rtol * start.scale):
+            options["atol"] = self.options.atol.tolist()
+        return {
+            "law": law_text(self.simulator.law),
+            "state": dict(zip(names, start.motion.tolist(), strict=True)),
+            "options": {n: v for n, v in options.items() if v != math.inf},
+            "version": __version__,
+        }
 
     @cached_property
     def constants(self) -> Array:

@@ -64,13 +64,17 @@ _GUIDE_MEETS = (
 class Start(NamedTuple):
     """Start of a run: its state, its parameters by name and in the engine's order, and its scale.
 
-    Below the scale of a state, shape (nx,), only its absolute error counts.
+    Below the scale of a state, shape (nx,), only its absolute error counts. The motion is what was
+    given: coordinates, velocities and ``t``, not yet pressed by the initial force, N, which is
+    negative where there is none.
     """
 
     state: Array
     values: dict[str, float]
     parameters: Array
     scale: Array
+    motion: Array
+    force: float
 
 
 @dataclass(frozen=True, init=False)
@@ -372,7 +376,7 @@ class Simulator:
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
         resolved = resolver.impulses if resolver else ()
-        trajectory = self.trajectory(raw, start, checked.rtol, resolved, pair)
+        trajectory = self.trajectory(raw, start, checked, resolved, pair)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.values)
         return trajectory
@@ -427,7 +431,7 @@ class Simulator:
         p, motion = self._vector_of(values), np.array([given[name] for name in self._at_rest])
         prepared = self.integrator.prepare(p[None], motion[None], np.array([force]))
         state, admits, scale = (array[0] for array in prepared)
-        return Start(state, dict(values), p, scale), admits.tolist()
+        return Start(state, dict(values), p, scale, motion, force), admits.tolist()
 
     def _state_values(self, state: Mapping[str, Value]) -> dict[str, float]:
         state = state if type(state) is dict else by_name(state, f"{self.where}: state")
@@ -655,7 +659,8 @@ class Simulator:
         if type(rtol) is not float or not 1e-15 <= rtol < 1:
             # Before it scales the states: 0 times the infinite scale of some is nan.
             rtol = number(rtol, "rtol", where=self.where, lower=1e-15, below=1.0)
-        kinds = names_of(until, f"{self.where}: until", "slip_stop") if until != () else ()
+        asked = type(until) is not tuple or until
+        kinds = names_of(until, f"{self.where}: until", "slip_stop") if asked else ()
         for kind in kinds:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
@@ -690,7 +695,7 @@ class Simulator:
         self,
         raw: RawRun,
         start: Start,
-        rtol: float,
+        options: RunOptions,
         resolved: Sequence[tuple[float, ...]] = (),
         materials: tuple[Material, Material] | None = None,
     ) -> Trajectory:
@@ -698,8 +703,8 @@ class Simulator:
         return Trajectory(
             names=self.names,
             parameters=start.values,
-            rtol=rtol,
-            record=RunRecord(self, start, raw, resolved, materials),
+            rtol=options.rtol,
+            record=RunRecord(self, start, raw, options, resolved, materials),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
@@ -166,6 +167,7 @@ class StoredRecord:
     body_periods: tuple[BodyPeriod, ...] = ()
     surfaces: tuple[ContactSurface, ...] = ()
     scales: Mapping[str, float] = field(default_factory=dict)
+    inputs: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, record: RunRecord | StoredRecord) -> StoredRecord:
@@ -344,6 +346,16 @@ class Trajectory:
         Known of bodies with modes, with a `lowest_period`, and of bars whose material is given.
         """
         return self.record.body_periods
+
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """What `simulate` was given besides the parameters: plain data, to compute it again.
+
+        ``law`` is the text that `painleve_sym.law` knows (with `choices`), ``state`` the start,
+        ``options`` the end, the initial force and the bounds, ``version`` that of the package.
+        Empty for a file of an earlier release.
+        """
+        return self.record.inputs
 
     @property
     def constants(self) -> Array:
@@ -641,6 +653,10 @@ class Trajectory:
     ) -> xarray.Dataset:
         """Return an `xarray.Dataset` over the time, every variable with its unit.
 
+        Its attributes are what computes the motion again, also from a NetCDF file: ``mechanism``,
+        ``law`` and ``version`` as texts; ``law_choices``, ``parameters``, ``state`` and ``options``
+        (keywords of `simulate`) as JSON.
+
         Parameters
         ----------
         names, times
@@ -650,12 +666,27 @@ class Trajectory:
         ------
         InputError
             xarray is not installed, or an unknown name.
+
+        Examples
+        --------
+        >>> import json, painleve_sym as ps
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.2)
+        >>> about = run.to_xarray(["theta"]).attrs
+        >>> law = ps.law(about["law"], **json.loads(about["law_choices"]))
+        >>> tables = {n: json.loads(about[n]) for n in ("state", "parameters", "options")}
+        >>> options = tables.pop("options")
+        >>> again = ps.simulate(about["mechanism"], law, **tables, **options)
+        >>> again.final == run.final
+        True
         """
         library = table_library("xarray", "a labelled array")
         columns = self._table(names, times)
         time = ("time", columns.pop("time"), {"units": "s"})
         variables = {n: ("time", v, {"units": self.units(n)}) for n, v in columns.items()}
-        attributes = {"mechanism": self.mechanism, "law": self.law, **self.choices}
+        given = {"law": self.law, "state": {}, "options": {}, "version": ""} | self.inputs
+        options = {"rtol": self.rtol, "engine": self.engine, **given["options"]}
+        attributes = labels(self.mechanism, given, self.choices, self.parameters, options)
+        attributes |= {"stop_reason": self.stop_reason.label, "sources": self.source}
         dataset: xarray.Dataset = library.Dataset(variables, {"time": time}, attributes)
         return dataset
 
@@ -792,6 +823,7 @@ class Trajectory:
             **self._findings,
             "surfaces": to_plain(self.record.surfaces),
             "scales": dict(self.record.scales),
+            "inputs": self.inputs,
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
@@ -835,6 +867,7 @@ class Trajectory:
             body_periods=tuple(BodyPeriod(**p) for p in text.get("body_periods", ())),
             surfaces=tuple(ContactSurface(**c) for c in text.get("surfaces", ())),
             scales=text.get("scales", {}),
+            inputs=dict(text.get("inputs", {})),
         )
         named = {name: text[name] for name in _NAMES} | {"contacts": tuple(text["contacts"])}
         evaluator = TapeOutputs.of_data(text["outputs"]) if text["outputs"] else None
@@ -881,6 +914,22 @@ def _check_shapes(arrays: dict[str, Any], states: int, memory: int, modes: int) 
             raise ValueError(f"{name}: got shape {arrays[name].shape}, need {shape} of numbers")
     if not ((arrays["step_mode"] >= 0) & (arrays["step_mode"] < modes)).all():
         raise ValueError("step_mode: a mode has no name")
+
+
+def labels(
+    mechanism: str,
+    given: Mapping[str, Any],
+    choices: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    options: Mapping[str, Any],
+) -> dict[str, str]:
+    """Return what computes a motion again as attributes of labelled arrays; see `to_xarray`."""
+    tables = {"law_choices": choices, "parameters": parameters}
+    tables |= {"state": given["state"], "options": options}
+    return {
+        **{"mechanism": mechanism, "law": given["law"], "version": given["version"]},
+        **{name: json.dumps(table) for name, table in tables.items()},
+    }
 
 
 def _count(number: int, noun: str) -> str:

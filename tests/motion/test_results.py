@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import concurrent.futures
+import json
 import multiprocessing
 import pickle
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+import xarray
 
 import painleve_sym as ps
 from painleve_sym.codegen.tape import Tape, TapeOutputs
@@ -96,6 +98,56 @@ def test_labelled_arrays_of_a_motion(impact):
     assert data.time.attrs["units"] == "s" and data.gap.attrs["units"] == "m"
     assert data.attrs["mechanism"] == "rod"
     np.testing.assert_array_equal(data.theta.values, impact["theta"])
+
+
+def again_from(attributes):
+    """Return the motion that the attributes of labelled arrays say."""
+    law = ps.law(attributes["law"], **json.loads(attributes["law_choices"]))
+    tables = {name: json.loads(attributes[name]) for name in ("state", "parameters", "options")}
+    options = tables.pop("options")
+    return ps.simulate(attributes["mechanism"], law, **tables, **options)
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "law", "state", "options"),
+    [
+        (
+            ps.models.rod(mu=1.5),
+            ps.laws.bilinear_hertz(E=20.9e14, reload="virgin"),
+            START,
+            {"t_end": 1e-3, "until": "separation", "rtol": 1e-10},
+        ),
+        ("rod", "bilinear-hertz", START, {"t_end": 1e-4, "initial_force": 100.0}),
+        (
+            "block-two-feet",
+            {"A": "linear", "B": "rigid"},
+            {"y_A": 0.001, "x_A_dot": -0.1},
+            {"t_end": 0.02, "max_step": 1e-3, "engine": "compiled"},
+        ),
+    ],
+    ids=["virgin", "pressed", "mixed"],
+)
+def test_netcdf_file_of_a_motion_computes_it_again(tmp_path, mechanism, law, state, options):
+    run = ps.simulate(mechanism, law, state, **options)
+    run.save(tmp_path / "run.npz")
+    for number, motion in enumerate((run, ps.Trajectory.load(tmp_path / "run.npz"))):
+        path = tmp_path / f"run{number}.nc"
+        motion.to_xarray().to_netcdf(path, engine="h5netcdf")
+        about = xarray.open_dataset(path, engine="h5netcdf").attrs
+        assert about["version"] == ps.__version__
+        assert about["stop_reason"] == run.stop_reason.label and run.source == about["sources"]
+        again = again_from(about)
+        np.testing.assert_array_equal(again.final_state, run.final_state)
+        assert (again.t.tolist(), again.inputs) == (run.t.tolist(), run.inputs)
+
+
+def test_labelled_arrays_of_a_batch_name_what_does_not_vary(batch):
+    about = batch.to_xarray(["time"]).attrs
+    tables = {name: json.loads(about[name]) for name in ("state", "parameters", "options")}
+    assert {n: v for n, v in tables["state"].items() if v} == {"theta_dot": 1.0, "x_A_dot": -1.0}
+    assert "theta" not in tables["state"] and tables["parameters"]["E"] == 20.9e14
+    assert "mu" not in tables["parameters"] and tables["options"]["t_end"] == 1e-3
+    assert (about["law"], about["version"]) == ("bilinear-hertz", ps.__version__)
 
 
 def test_a_library_that_is_not_installed_is_named(impact, monkeypatch):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from painleve_sym import __version__
 from painleve_sym.arrays import Array, table_library
 from painleve_sym.checks import names_of, text_of
 from painleve_sym.choices import Record
@@ -17,9 +19,11 @@ from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.hybrid.signature import mode_name
+from painleve_sym.laws.catalogue import law_text
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
+from painleve_sym.motion.run_record import OPTIONS
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.motion.trajectory import Trajectory, labels
 from painleve_sym.quantities import unit_of
 
 if TYPE_CHECKING:
@@ -223,7 +227,8 @@ class BatchResult:
         -------
         xarray.Dataset
             Inputs that differ between the rows are coordinates; a state's is ``start_NAME``, since
-            its plain name is that of the final value.
+            its plain name is that of the final value. All others are attributes, as of
+            `Trajectory.to_xarray`.
 
         Raises
         ------
@@ -252,15 +257,24 @@ class BatchResult:
             for name in names
         }
         used = {d for name in names for d in event_dims(name)}
-        labels = {
+        indices = {
             "event": ("event", np.array(self.kinds)),
             "occurrence": ("occurrence", np.arange(1, self.kept.events + 1)),
         }
-        where = {"mechanism": self.simulator.mechanism.name, "law": self.simulator.label}
+        simulator, options = self.simulator, self.options
+        plain = {n: float(a) for n, a in self.inputs.items() if np.ndim(a) == 0}
+        start = {n: v for n, v in plain.items() if n in simulator.mechanism.state_names}
+        kept = {n: getattr(options, n) for n in ("rtol", "t_end", *OPTIONS)}
+        kept |= {"until": list(map(str, options.until)), "engine": simulator.integrator.name}
+        if self.initial_force is not None and np.ndim(self.initial_force) == 0:
+            kept["initial_force"] = float(self.initial_force)
+        given = {"law": law_text(simulator.law), "state": start, "version": __version__}
+        parameters = {n: v for n, v in plain.items() if n not in start}
+        kept = {n: v for n, v in kept.items() if v != math.inf}
         dataset: xarray.Dataset = library.Dataset(
             variables,
-            coords=coordinates | {d: label for d, label in labels.items() if d in used},
-            attrs=where | self.simulator.choices,
+            coords=coordinates | {d: index for d, index in indices.items() if d in used},
+            attrs=labels(simulator.mechanism.name, given, simulator.choices, parameters, kept),
         )
         return dataset
 

@@ -256,7 +256,7 @@ class Directions:
         state = functions.packed(start.state, self.start_jacobian(start, force))
         resolver = self._resolver(start, plain, sizes)
         raw = engine.run(state, start.parameters, extended, resolve=resolver)
-        return self._assembled(raw, start, scale, sizes, plain.rtol, resolver)
+        return self._assembled(raw, start, sizes, plain, resolver)
 
     def _resolver(self, start: Start, options: RunOptions, sizes: Array) -> SensitiveImpacts | None:
         """Return what answers for the impacts of several contacts."""
@@ -274,15 +274,15 @@ class Directions:
         self,
         raw: RawRun,
         start: Start,
-        scale: Array,
         sizes: Array,
-        rtol: float,
+        options: RunOptions,
         resolver: SensitiveImpacts | None,
     ) -> SensitiveTrajectory:
         sim, functions, engine = self.simulator, self.functions, self.engine
         nx, k, no = len(start.state), len(self.wrt), len(sim.outline.output_names)
         resolved, notes = (resolver.impulses, resolver.notes) if resolver else ((), ())
-        trajectory = sim.trajectory(self._plain(raw), start, rtol, resolved)
+        rtol, scale = options.rtol, options.atol / options.rtol
+        trajectory = sim.trajectory(self._plain(raw), start, options, resolved)
         marks = EventMarks.of(raw, functions, notes)
         verdicts = marks.verdicts(sizes, rtol)
         singular = _first_without(verdicts)
