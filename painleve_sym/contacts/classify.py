@@ -26,11 +26,12 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.notebooks import Shown
 from painleve_sym.units import Value
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Classification:
+class Classification(Shown):
     """The rigid contact problem of the closed contacts at one state, with every solution.
 
     Attributes

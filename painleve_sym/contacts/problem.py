@@ -174,6 +174,15 @@ class ContactSolution:
     residual: float
     isolated: bool | None
 
+    def __repr__(self) -> str:
+        """Return modes and forces in one line."""
+        modes = ", ".join(mode.value for mode in self.modes)
+        F_n, F_t = (
+            ", ".join(f"{v:.6g}" for v in forces.tolist())
+            for forces in (self.normal_forces, self.tangential_forces)
+        )
+        return f"ContactSolution {modes}: F_n = {F_n} N, F_t = {F_t} N"
+
     @property
     def forces(self) -> FloatArray:
         """Return F_n1, F_t1, F_n2, F_t2, ... in N, shape (2 n,)."""

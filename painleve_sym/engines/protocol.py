@@ -37,7 +37,7 @@ passed where that changes states by less than this part of their scale. As in th
 
 MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
 """Limits of a run where none are given."""
-MOST = 2**31 - 1
+MAX_LIMIT = 2**31 - 1
 """The largest limit: the loop counts in C."""
 
 ADMITS = 3
@@ -74,7 +74,7 @@ class RunOptions:
     start_departs: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        # What is given as a default is right.
+        # The defaults are right.
         where, usual = "integration", RunOptions
         if type(self.rtol) is not float or not 1e-15 <= self.rtol < 1:
             number(self.rtol, "rtol", where=where, lower=1e-15, below=1.0)
@@ -85,9 +85,9 @@ class RunOptions:
         if self.max_step is not usual.max_step and str(self.max_step) != "inf":
             number(self.max_step, "max_step", where=where, above=0.0)
         if self.max_steps is not usual.max_steps:
-            whole_number(self.max_steps, "max_steps", where=where, lower=1, upper=MOST)
+            whole_number(self.max_steps, "max_steps", where=where, lower=1, upper=MAX_LIMIT)
         if self.max_events is not usual.max_events:
-            whole_number(self.max_events, "max_events", where=where, lower=1, upper=MOST)
+            whole_number(self.max_events, "max_events", where=where, lower=1, upper=MAX_LIMIT)
 
 
 class Prepared(NamedTuple):

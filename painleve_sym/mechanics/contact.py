@@ -72,6 +72,11 @@ class Contact:
         if faults:
             raise ModelError(f"contact {self.name!r} of mechanism {self.system.name!r}", faults)
 
+    def __repr__(self) -> str:
+        """Return name, kind and mechanism in one line."""
+        kind = "bilateral" if self.bilateral else "unilateral"
+        return f"Contact {self.name!r} of {self.system.name!r}: {kind}, friction {self.friction}"
+
     def _faults(self) -> Iterator[str]:
         system = self.system
         # It becomes part of the names of states, outputs and functions.

@@ -84,6 +84,11 @@ class Material:
     properties: Mapping[str, MaterialValue]
     pairs: tuple[MaterialPair, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return name, title and properties in one line."""
+        known = ", ".join(f"{n}={v.value:g} {v.unit}" for n, v in self.properties.items())
+        return f"Material {self.name!r} ({self.title}): {known}"
+
     def value_of(self, name: str, needed_for: str = "") -> float:
         """Return the value of a property in SI units.
 

@@ -19,6 +19,7 @@ from painleve_sym.mechanics.declarations import (
 )
 from painleve_sym.mechanics.deferred import Deferred
 from painleve_sym.mechanics.outline import MechanismOutline
+from painleve_sym.notebooks import Shown
 from painleve_sym.quantities import derivative_latex, symbol_latex
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class DomainBound:
 
 
 @dataclass(frozen=True, repr=False)
-class Mechanism(Deferred):
+class Mechanism(Shown, Deferred):
     """A Lagrangian system with its contacts and the domain it is valid in.
 
     Attributes
@@ -81,6 +82,8 @@ class Mechanism(Deferred):
     >>> rod.coefficients.A()
     (3*(-mu*sin(theta) + cos(theta))*cos(theta) + 1)/m
     """
+
+    _INNER = ("deferred", "require_one_contact")
 
     name: str
     title: str

@@ -288,6 +288,13 @@ class CorrectedJump:
     velocity_before: Mapping[str, float]
     method: ClassVar[str] = "integration"
 
+    def __repr__(self) -> str:
+        """Return mechanism, law, duration and end in one line."""
+        return (
+            f"CorrectedJump of {self.mechanism!r} with law {self.law!r}: {len(self.phases)} phases "
+            f"in {self.duration:.6g} s, ends in {self.end.name.lower()}"
+        )
+
     @property
     def largest_compression(self) -> float:
         """Largest δ at the end of a phase; m."""

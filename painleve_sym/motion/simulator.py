@@ -64,9 +64,9 @@ _GUIDE_MEETS = (
 class Start(NamedTuple):
     """Start of a run: its state, its parameters by name and in the engine's order, and its scale.
 
-    Below the scale of a state, shape (nx,), only its absolute error counts. The motion is what was
-    given: coordinates, velocities and ``t``, not yet pressed by the initial force, N, which is
-    negative where there is none.
+    Below the scale of a state, shape (nx,), only its absolute error counts. The motion
+    has the given coordinates, velocities and ``t``, not yet pressed by the initial force, N, which
+    is negative where there is none.
     """
 
     state: Array
@@ -135,6 +135,10 @@ class Simulator:
         for attribute, value in values.items():
             object.__setattr__(self, attribute, value)
         _ = self.contact  # rejects laws that do not fit the contacts, or each other
+
+    def __repr__(self) -> str:
+        """Return mechanism, laws and engine in one line."""
+        return f"Simulator of {self.where}, engine {self.engine}"
 
     @cached_property
     def laws(self) -> tuple[Law, ...]:

@@ -26,6 +26,7 @@ from painleve_sym.motion.energy_gains import EnergyGain, notices
 from painleve_sym.motion.pressing import ContactSurface, pressing_notices
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
+from painleve_sym.notebooks import Shown
 from painleve_sym.quantities import unit_of
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ ENERGY_ROUNDING = 100 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class EventRecord:
+class EventRecord(Shown):
     """An event of a run.
 
     Attributes
@@ -88,6 +89,13 @@ class EventRecord:
     alternatives: tuple[str, ...] = ()
     contact: str = ""
     impulses: tuple[float, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return kind, contact, time, modes and forces in one line."""
+        of = f" of {self.contact}" if self.contact else ""
+        forces = f"F_n = {self.normal_force:.6g} N, F_t = {self.tangential_force:.6g} N"
+        modes = f"{self.mode_before} to {self.mode_after}"
+        return f"EventRecord {self.kind}{of} at t = {self.time:.6g} s: {modes}, {forces}"
 
 
 @dataclass(frozen=True)
@@ -176,7 +184,7 @@ class StoredRecord:
 
 
 @dataclass(frozen=True, repr=False)
-class Trajectory:
+class Trajectory(Shown):
     """A motion, piecewise polynomial in time.
 
     In a step from t to t + h, with τ = t + h u (1 + β (u − 1)) and v = 1 − u, the state is
@@ -219,6 +227,8 @@ class Trajectory:
     True
     """
 
+    _INNER = ("evaluator", "record", "subject")
+
     names: MotionNames
     parameters: dict[str, float]
     rtol: float
@@ -241,11 +251,6 @@ class Trajectory:
             f"{_count(len(self.events), 'event')}, {_count(len(self.step_time), 'step')}, "
             f"end at t = {self.final_time:.6g} s ({self.stop_reason.label})"
         )
-
-    def _repr_html_(self) -> str:
-        """Return a table of the events and a small figure, for notebooks."""
-        text: str = _drawing("notebook").trajectory_html(self)
-        return text
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the outputs as plain operations in place of the engine."""
@@ -349,7 +354,7 @@ class Trajectory:
 
     @property
     def inputs(self) -> dict[str, Any]:
-        """What `simulate` was given besides the parameters: plain data, to compute it again.
+        """Arguments of `simulate` besides the parameters: plain data, to compute it again.
 
         ``law`` is the text that `painleve_sym.law` knows (with `choices`), ``state`` the start,
         ``options`` the end, the initial force and the bounds, ``version`` that of the package.

@@ -1,35 +1,46 @@
-"""HTML of results for notebooks: a table of the events and a small figure."""
+"""HTML of results for notebooks: tables and small figures."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from painleve_sym.contacts.classify import Classification
+from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.notebooks import Shown
+from painleve_sym.present.map_figure import map_figure
 from painleve_sym.present.style import CONTACTS, DASHES, NORMAL, styled, svg_text
 from painleve_sym.quantities import axis_label, scaled_unit
+from painleve_sym.study.maps.region_map import RegionMap
 
 MAX_EVENTS = 12
 """Rows of the table; the others are counted."""
 _HEAD = ("time (s)", "event", "contact", "mode after", "F_n (N)", "F_t (N)")
 
 
-def trajectory_html(trajectory: Trajectory) -> str:
-    """Return a trajectory as HTML: heading, table of the first events, figure of the forces.
+def html(result: Shown) -> str:
+    """Return a result as HTML: its line, and the parts that its type has. Names are escaped."""
+    parts = next((p for kind, p in _PARTS.items() if isinstance(result, kind)), None)
+    more = parts(result) if parts is not None else []
+    return "\n".join([f"<p>{escape(repr(result))}</p>", *more])
 
-    The figure is SVG, and there is none where no steps were kept. Names are escaped.
-    """
-    parts = [f"<p>{escape(repr(trajectory))}</p>", _table(trajectory.events)]
+
+def _trajectory(trajectory: Trajectory) -> list[str]:
+    """Return a table of the first events and a figure of the forces, where steps were kept."""
+    parts = [_events(trajectory.events)]
     if len(trajectory.step_time) and trajectory.evaluator is not None:
         parts.append(svg_text(_forces(trajectory), "forces"))
-    return "\n".join(parts)
+    return parts
 
 
-def _table(events: tuple[EventRecord, ...]) -> str:
+def _events(events: tuple[EventRecord, ...]) -> str:
     if not events:
         return "<p>No events.</p>"
     rows = [
@@ -43,12 +54,105 @@ def _table(events: tuple[EventRecord, ...]) -> str:
         )
         for e in events[:MAX_EVENTS]
     ]
-    head = "".join(f"<th>{escape(title)}</th>" for title in _HEAD)
-    lines = [f"<tr>{head}</tr>"]
-    lines += ["<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in rows]
     rest = len(events) - MAX_EVENTS
     note = f"<p>{rest} more events.</p>" if rest > 0 else ""
-    return f"<table>{''.join(lines)}</table>{note}"
+    return f"{_table(_HEAD, rows)}{note}"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = ["".join(f"<th>{escape(title)}</th>" for title in head)]
+    lines += ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows]
+    return f"<table>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+
+
+def _event(event: EventRecord) -> list[str]:
+    """Return the state just after an event."""
+    return [_table(("state", "just after"), ((n, f"{v:.6g}") for n, v in event.state.items()))]
+
+
+def _mechanism(mechanism: Mechanism) -> list[str]:
+    """Return title, coordinates, parameters and contacts; nothing is derived."""
+    outline = mechanism.outline
+    held = ("contact", "held from both sides")
+    return [
+        f"<p>{escape(mechanism.title)}</p>",
+        _table(
+            ("coordinate", "unit", "meaning"),
+            ((c.name, c.unit, c.meaning) for c in outline.coordinates),
+        ),
+        _table(
+            ("parameter", "default", "unit", "meaning"),
+            ((p.name, f"{p.default:g}", p.unit, p.meaning) for p in outline.parameters),
+        ),
+        _table(
+            ("contact", "friction", "gap", "kind"),
+            ((c.name, c.friction, c.gap, held[c.bilateral]) for c in outline.contacts),
+        ),
+    ]
+
+
+def _classification(classification: Classification) -> list[str]:
+    """Return what the case means, and every solution with its forces and accelerations."""
+    sentence = f"<p>{escape(classification.case.sentence)}</p>"
+    if not classification.solutions:
+        return [sentence]
+    head = ("solution", "contact", "mode", "F_n (N)", "F_t (N)", "a_n (m/s²)", "a_t (m/s²)")
+    rows = [
+        (str(i), name, mode.value, *(f"{v:.6g}" for v in numbers))
+        for i, s in enumerate(classification.solutions, 1)
+        for name, mode, *numbers in zip(
+            classification.contacts,
+            s.modes,
+            s.normal_forces,
+            s.tangential_forces,
+            s.normal_accelerations,
+            s.tangential_accelerations,
+            strict=True,
+        )
+    ]
+    return [sentence, _table(head, rows)]
+
+
+def _jump(jump: JumpResult) -> list[str]:
+    """Return the phases, and the velocities before and after."""
+    head = ("phase", "P_n (N s)", "P_t (N s)", "energy gained (J)", "v_t (m/s)", "v_n (m/s)")
+    rows = [
+        (
+            p.name,
+            *(
+                f"{v:.6g}"
+                for v in (
+                    p.normal_impulse,
+                    p.tangential_impulse,
+                    p.stored_energy,
+                    p.slip_velocity,
+                    p.normal_velocity,
+                )
+            ),
+        )
+        for p in jump.phases
+    ]
+    velocities = [
+        (name, f"{before:.6g}", f"{jump.velocity[name]:.6g}")
+        for name, before in jump.velocity_before.items()
+    ]
+    return [_table(head, rows), _table(("velocity", "before", "after"), velocities)]
+
+
+def _map(regions: RegionMap) -> list[str]:
+    """Return the figure."""
+    return [svg_text(map_figure(regions), "map", f"Map of {regions.mechanism}")]
+
+
+_PARTS: dict[type, Callable[[Any], list[str]]] = {
+    Trajectory: _trajectory,
+    EventRecord: _event,
+    Mechanism: _mechanism,
+    Classification: _classification,
+    JumpResult: _jump,
+    RegionMap: _map,
+}
+"""What follows the line of a result, by its type."""
 
 
 @styled

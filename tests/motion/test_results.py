@@ -15,7 +15,9 @@ import xarray
 import painleve_sym as ps
 from painleve_sym.codegen.tape import Tape, TapeOutputs
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.declarations import with_fields
 from painleve_sym.mechanics.models import MODELS
+from tests.languages import HOSTILE, html_faults
 
 START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 STIFF = {"E": 20.9e14}
@@ -44,6 +46,56 @@ def test_texts_of_results_are_one_short_line(impact, batch):
     simulator = ps.Simulator(ps.models.rod(), ps.laws.rigid())
     for result in (impact, batch, simulator, simulator.mechanism, ps.classify("rod", START)):
         assert len(repr(result)) < 300 and "\n" not in repr(result)
+
+
+def results():
+    """Return a result of every kind that a person prints."""
+    rod, law = ps.models.rod(mu=1.5), ps.laws.bilinear_hertz(E=20.9e14)
+    critical = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+    jump, classified = ps.evaluate_jump(rod, "energetic", START), ps.classify(rod, critical)
+    impact = ps.solve_impact(np.eye(2), 0.5, (-1.0, 1.0), e=0.5)
+    return [
+        *(rod, law, ps.laws.rigid(), ps.Simulator(rod, law), rod.contact, ps.material("steel")),
+        *(classified, *classified.solutions, jump, *jump.phases, impact),
+        ps.classify("block-two-feet", {"x_A_dot": -1.0}),
+        ps.classify("block-two-feet", {"x_A_dot": -1.0, "theta": 0.1}, close="A:y_A"),
+        ps.simulate(rod, law, START, t_end=1e-3).events[0],
+        ps.region_map(rod, "theta,mu", points=20),
+        ps.critical_force(rod, law, critical),
+        ps.evaluate_corrected_jump(rod, law, START),
+    ]
+
+
+def test_every_result_is_one_short_line_and_html():
+    for result in results():
+        assert len(repr(result)) < 200 and "\n" not in repr(result), result
+        assert type(result).__name__ in repr(result)
+        if not hasattr(result, "_repr_html_"):
+            continue
+        root = ElementTree.fromstring(f"<div>{result._repr_html_()}</div>")
+        assert root.findtext("p") == repr(result)
+        assert root.find("table") is not None or root.find("{*}svg") is not None
+        assert all(not name.startswith("_") for name in dir(result))
+        assert not {"deferred", "record", "subject", "evaluator"} & set(dir(result))
+
+
+def test_html_of_results_has_their_numbers():
+    classified = ps.classify(ps.models.rod(mu=1.5), {**START, "theta_dot": 5.0})
+    root = ElementTree.fromstring(f"<div>{classified._repr_html_()}</div>")
+    cells = [cell.text for cell in root.iter("td")]
+    assert cells[:3] == ["1", "A", "liftoff"]
+    assert f"{classified.solutions[1].normal_force:.6g}" in cells
+    page = ps.models.rod(mu=1.5)._repr_html_()
+    assert "<td>mu</td><td>1.5</td>" in page and "position of the end A along the ground" in page
+    jump = ps.evaluate_jump("rod", "energetic", START)
+    after = f"{jump.velocity['y_A_dot']:.6g}"
+    assert f"<td>y_A_dot</td><td>0</td><td>{after}</td>" in jump._repr_html_()
+
+
+def test_html_of_a_hostile_mechanism_is_text():
+    text = " ".join(HOSTILE)
+    page = with_fields(ps.models.rod(), name=text, title=text)._repr_html_()
+    assert html_faults(page) == []
 
 
 def test_states_and_outputs_by_name_are_those_at_the_times_of_the_steps(impact):

@@ -19,6 +19,7 @@ from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitut
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.notebooks import Shown
 from painleve_sym.units import Value
 
 # A velocity that is a sum of rounded products counts as zero below this part of its terms.
@@ -65,9 +66,14 @@ class JumpPhase:
     slip_velocity: float
     normal_velocity: float
 
+    def __repr__(self) -> str:
+        """Return name and impulses in one line."""
+        impulses = f"P_n = {self.normal_impulse:.6g} N s, P_t = {self.tangential_impulse:.6g} N s"
+        return f"JumpPhase {self.name!r}: {impulses}"
+
 
 @dataclass(frozen=True)
-class JumpResult:
+class JumpResult(Shown):
     """The velocity jump of a mechanism.
 
     Attributes
@@ -114,6 +120,14 @@ class JumpResult:
     velocity_before: Mapping[str, float]
     kinetic_energy: float
     contact: str
+
+    def __repr__(self) -> str:
+        """Return mechanism, law, class, end and energy in one line."""
+        return (
+            f"JumpResult of {self.mechanism!r} by {self.restitution!r}: {self.case.value}, ends in "
+            f"{self.end.value}, P_n = {self.normal_impulse:.6g} N s, energy "
+            f"{self.energy_change:+.6g} J"
+        )
 
     @property
     def notice(self) -> str:

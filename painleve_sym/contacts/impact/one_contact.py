@@ -72,6 +72,15 @@ class Impact:
     velocity_before: tuple[float, float]
     velocity: tuple[float, float]
     phases: tuple[ImpactPhase, ...]
+
+    def __repr__(self) -> str:
+        """Return law, class, end and velocities in one line."""
+        (n, t), (n_after, t_after) = self.velocity_before, self.velocity
+        return (
+            f"Impact by {self.restitution!r}: {self.case.value}, ends in {self.end.value}, "
+            f"(v_n, v_t) = ({n:.6g}, {t:.6g}) to ({n_after:.6g}, {t_after:.6g}) m/s"
+        )
+
     W: tuple[tuple[float, float], tuple[float, float]]
 
     @property

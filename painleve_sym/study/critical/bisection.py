@@ -114,6 +114,11 @@ class CriticalForce:
     tolerance_effect: float
     sliding: SlidingSolution
 
+    def __repr__(self) -> str:
+        """Return the force, its border and the outcomes on both sides in one line."""
+        sides = f"{self.outcome_below.value} below, {self.outcome_above.value} above"
+        return f"CriticalForce {self.value:.10g} N ({self.border.value}): {sides}"
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
         own = ("border", "value", "bracket", "outcome_below", "outcome_above", "runs")

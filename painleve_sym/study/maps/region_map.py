@@ -23,6 +23,7 @@ from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
+from painleve_sym.notebooks import Shown
 from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
@@ -41,7 +42,7 @@ _MORE_TEXTS = ("close", "shared_zeros")
 
 
 @dataclass(frozen=True, repr=False)
-class RegionMap:
+class RegionMap(Shown):
     """The rigid contact over two quantities, for one slip direction.
 
     Grids have the shape (n_1, n_2) of the two axes, in their order.
