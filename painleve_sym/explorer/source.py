@@ -302,4 +302,3 @@ def _parameter(
         "upper_closed": p.upper_closed,
         "need": p.range_text,
     }
-

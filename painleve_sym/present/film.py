@@ -242,12 +242,20 @@ class _View:
         self.guides = {c.name for c in scene.mechanism.outline.contacts if c.bilateral}
         before = set(axes.get_children())
         self.bodies = [_artist(axes, shape) for shape in scene.shapes]
+        self.marks = [_Marks(axes, scene, c, count) for c, count in self._marked().items()]
         self.dynamic = [a for a in axes.get_children() if a not in before]
 
+    def _marked(self) -> dict[str, int]:
+        """Return the contacts whose surface has marks, with their number: belts."""
+        speeds = {c: self.scene.belt_speed(c) for c in self.scene.grounds}
+        return {c: 2 * TICKS for c, speed in speeds.items() if np.any(speed)}
+
     def show(self, i: int) -> None:
-        """Set the bodies to the frame i."""
+        """Set the bodies and the marks of surfaces to the frame i."""
         for k, (shape, artist) in enumerate(zip(self.scene.shapes, self.bodies, strict=True)):
             _move(shape, artist, self.scene.points(k)[i])
+        for marks in self.marks:
+            marks.show(i, self.corner[i] + self.size / 2, float(self.size[0]))
 
     def show_place(self, i: int) -> None:
         """Set limits and ground to the frame i, which are drawn once where they stand still."""
@@ -271,17 +279,46 @@ class _View:
                 self.ground.append(line)
 
 
+class _Marks:
+    """Marks that stand still on the surface of a contact, so that they show slip and belts."""
+
+    def __init__(self, axes: Axes, scene: Scene, contact: str, count: int) -> None:
+        self.count = count
+        self.slid = scene.slid(contact)
+        self.normal, self.tangent = scene.normal(contact), scene.tangent(contact)
+        self.foot = scene.place(contact) - scene.gap(contact)[:, None] * self.normal
+        self.speed = scene.belt_speed(contact)
+        look: dict[str, Any] = {"color": SURFACE, "linewidth": 0.7, "zorder": 1}
+        self.lines = [axes.plot([], [], **look)[0] for _ in range(count + 2)]
+        place: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.009}
+        self.arrow = axes.quiver([0], [0], [0], [0], color=SURFACE, zorder=1.2, **place)
+
+    def show(self, i: int, middle: Array, width: float) -> None:
+        """Set the marks across a view, and the arrow of a belt, to the frame i."""
+        step, foot = width / self.count, self.foot[i]
+        normal, tangent = self.normal[i], self.tangent[i]
+        first = np.floor(((middle - foot) @ tangent + self.slid[i] - width / 2) / step)
+        for k, line in enumerate(self.lines):
+            top = foot + ((first + k) * step - self.slid[i]) * tangent
+            bottom = top - 0.35 * step * (normal + tangent)
+            line.set_data(*np.stack([top, bottom], axis=1))
+        start = foot + ((middle - foot) @ tangent - 0.44 * width) * tangent - 0.05 * width * normal
+        vector = np.sign(self.speed[i]) * 0.09 * width * tangent
+        self.arrow.set_offsets([start + max(0.0, -np.sign(self.speed[i])) * 0.09 * width * tangent])
+        self.arrow.set_UVC([vector[0]], [vector[1]])
+        self.arrow.set_visible(bool(self.speed[i] != 0))
+
+
 class _Inset(_View):
     """A contact magnified; marks that stand still on the surface show its slip."""
 
     def __init__(self, axes: Axes, scene: Scene, contact: str, width: float, title: str) -> None:
         self.contact, self.width = contact, width
-        self.slid, self.gap = scene.slid(contact), scene.gap(contact)
-        place = scene.place(contact)
-        middle = (self.gap.min() + self.gap.max()) / 2 - self.gap
-        centre = place + middle[:, None] * scene.normal(contact)
-        if np.ptp(self.slid) < width:
-            away = (self.slid.min() + self.slid.max()) / 2 - self.slid
+        slid, gap = scene.slid(contact), scene.gap(contact)
+        middle = (gap.min() + gap.max()) / 2 - gap
+        centre = scene.place(contact) + middle[:, None] * scene.normal(contact)
+        if np.ptp(slid) < width:
+            away = (slid.min() + slid.max()) / 2 - slid
             centre = centre + away[:, None] * scene.tangent(contact)
         super().__init__(axes, scene, centre - width / 2, np.array([width, width]))
         axes.set(xticks=[], yticks=[])
@@ -291,24 +328,14 @@ class _Inset(_View):
         title_text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8})
         make_legible(title_text)
         (self.tip,) = axes.plot([], [], "o", color="black", markersize=4, zorder=4)
-        self.marks = [
-            axes.plot([], [], color=SURFACE, linewidth=0.7, zorder=1)[0] for _ in range(TICKS + 2)
-        ]
+
+    def _marked(self) -> dict[str, int]:
+        return {self.contact: TICKS} if self.contact in self.scene.grounds else {}
 
     def show(self, i: int) -> None:
-        """Set bodies, the point that touches and the marks of the surface to the frame i."""
+        """Set bodies, marks and the point that touches to the frame i."""
         super().show(i)
-        scene, step = self.scene, self.width / TICKS
-        place, normal = scene.place(self.contact)[i], scene.normal(self.contact)[i]
-        tangent = scene.tangent(self.contact)[i]
-        self.tip.set_data(*place[:, None])
-        foot = place - self.gap[i] * normal
-        middle = self.corner[i] + self.width / 2
-        first = np.floor(((middle - foot) @ tangent + self.slid[i] - self.width / 2) / step)
-        for k, mark in enumerate(self.marks):
-            top = foot + ((first + k) * step - self.slid[i]) * tangent
-            bottom = top - 0.35 * step * (normal + tangent)
-            mark.set_data(*np.stack([top, bottom], axis=1))
+        self.tip.set_data(*self.scene.place(self.contact)[i][:, None])
 
 
 @dataclass(frozen=True)

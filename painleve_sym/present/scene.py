@@ -140,6 +140,11 @@ class Scene:
         normal = self.normal(contact)
         return np.stack([normal[:, 1], -normal[:, 0]], axis=1)
 
+    def belt_speed(self, contact: str) -> Array:
+        """Return the speed of the surface of a belt along positive slip, shape (frames,); m/s."""
+        speed: Array = np.broadcast_to(self._places[f"{contact}_surface_speed"], self.times.shape)
+        return speed
+
     @cached_property
     def _levels(self) -> dict[str, Pointwise]:
         symbols = [*PLACE, *self._values]

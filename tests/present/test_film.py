@@ -128,10 +128,30 @@ def test_marks_of_the_surface_slide_under_a_magnified_contact(slow):
     tops = []
     for i in (0, 4):
         inset.show(i)
-        tops.append([mark.get_xdata()[0] for mark in inset.marks])
+        tops.append([line.get_xdata()[0] for line in inset.marks[0].lines])
     moved = (tops[1][0] - tops[0][0]) % (inset.width / 7)
     # The ground stands still: marks keep their places, up to one of their distances.
     assert min(moved, inset.width / 7 - moved) < 0.02 * inset.width
+
+
+def test_marks_of_a_belt_move_with_it_and_an_arrow_shows_where():
+    run = simulate("two-link-arm", "rigid", None, t_end=0.1, parameters={"mu": 0.8})
+    scene, shown, _ = picture(run)
+    (marks,) = shown.view.marks
+    speed = scene.belt_speed("tip")
+    assert (speed != 0).all() and marks.arrow.get_visible()
+    places = []
+    for i in (3, 4):
+        shown.view.show(i)
+        places.append(marks.lines[0].get_xdata()[0])
+    step = shown.view.size[0] / marks.count
+    moved = places[1] - places[0] - speed[3] * (scene.times[4] - scene.times[3])
+    assert abs((moved + step / 2) % step - step / 2) < 0.01 * step
+    assert np.sign(marks.arrow.U[0]) == np.sign(speed[4] * scene.tangent("tip")[4, 0])
+
+
+def test_surfaces_that_stand_still_have_no_marks_in_the_view(slow):
+    assert slow[1].view.marks == []
 
 
 def test_insets_hide_no_body(slow, feet):
