@@ -8,7 +8,7 @@ from typing import Any
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file, read_count
 from painleve_sym.cli.output import number, print_json, show
-from painleve_sym.cli.run import EXIT_STOPPED_EARLY, ORDINARY, ending, show_case
+from painleve_sym.cli.run import ending, exit_code, show_case
 
 
 def animate(arguments: argparse.Namespace) -> int:
@@ -37,4 +37,4 @@ def animate(arguments: argparse.Namespace) -> int:
         show(ending(run))
         show(f"{frames} frames, {number(film.duration)} s at {film.rate} per second")
         show(f"film written to {out}")
-    return 0 if run.stop_reason in ORDINARY else EXIT_STOPPED_EARLY
+    return exit_code(run)

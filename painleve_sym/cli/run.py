@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import warnings
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -33,7 +32,7 @@ from painleve_sym.study.scenario import Scenario
 if TYPE_CHECKING:
     from painleve_sym.motion.finite_stiffness import CorrectedJump
 
-EXIT_STOPPED_EARLY = 3
+EXIT_DOUBTFUL = 3
 ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
 SHOWN_EVENTS = 40
 _WRITTEN = {"save": "saved", "plot": "plotted", "report": "report"}
@@ -190,7 +189,13 @@ def simulate(arguments: argparse.Namespace) -> int:
         print_json(simulation_data(trajectory, scenario, written))
     else:
         _show_run(trajectory, scenario, written)
-    return 0 if trajectory.stop_reason in ORDINARY else EXIT_STOPPED_EARLY
+    return exit_code(trajectory)
+
+
+def exit_code(trajectory: Trajectory) -> int:
+    """Return 3 where a run stopped early, or its energy balance does not close."""
+    sound = trajectory.stop_reason in ORDINARY and trajectory.energy_closes is not False
+    return 0 if sound else EXIT_DOUBTFUL
 
 
 def _output_files(arguments: argparse.Namespace, look: Mapping[str, Any]) -> dict[str, Path]:
@@ -340,7 +345,7 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     show_table(("state", "value", "unit"), rows, left=(0, 2))
     _show_findings(trajectory, units)
     residual = trajectory.energy_residual
-    closes = f", energy closes to {number(residual, 2)}" if math.isfinite(residual) else ""
+    closes = f", energy closes to {number(residual, 2)}" if trajectory.energy_closes else ""
     show(
         f"{trajectory.counters['accepted_steps']} steps, {len(trajectory.events)} events, "
         f"rtol {number(trajectory.rtol)}{closes}, engine {trajectory.engine}"

@@ -10,6 +10,7 @@ from typing import Any
 
 from painleve_sym.cli.options import output_file, output_store
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.cli.run import EXIT_DOUBTFUL
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.study.sweeps.runner import Reporter, run_sweep
 from painleve_sym.study.sweeps.store import SUFFIXES, check_format, parts_folder
@@ -46,7 +47,7 @@ def sweep(arguments: argparse.Namespace) -> int:
         print_json(summary)
     else:
         _show(summary)
-    return 0
+    return EXIT_DOUBTFUL if summary["notices"] else 0
 
 
 def _result(text: str) -> Path:
@@ -78,4 +79,6 @@ def _show(summary: dict[str, Any]) -> None:
         for name, q in summary["quantities"].items()
     ]
     show_table(("quantity", "from", "to", "without"), rows)
+    for notice in summary["notices"]:
+        show(notice)
     show(f"written: {summary['file']}")

@@ -81,8 +81,8 @@ STOPS = """
 
 exit codes: 0 for a run that ended at t_end, at --until or where the mechanism
 left its domain; 3 for one that stopped early (step_limit, event_limit,
-accumulation, non_finite, step_underflow or another such reason), after what it
-has was printed; 2 bad input."""
+accumulation, non_finite, step_underflow or another such reason), or whose
+energy balance does not close, after what it has was printed; 2 bad input."""
 
 SWEEP = """\
 SWEEP is a scenario file (see `painleve simulate -h`) with the points to run:

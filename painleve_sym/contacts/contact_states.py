@@ -302,7 +302,11 @@ class OneContact(ContactStates):
         """
         c = self.mechanism.coefficients
         friction = self.tangential_force(contact, force) if contact else sp.Integer(0)
-        accelerations = c.accelerations.xreplace({F_N: force, F_T: friction})
+        pushes = {F_N: force, F_T: friction}
+        if contact == "stick" and not self.stick_yields and c.rank_one:
+            # Any forces that hold the slip accelerate alike: those of F_n = 0, so that none cancel.
+            pushes = {F_N: sp.Integer(0), F_T: self.tangential_force(contact, sp.Integer(0))}
+        accelerations = c.accelerations.xreplace(pushes)
         rates = self.motion_rates(accelerations, (force, friction))
         rates[self.gap] = self.gap_rate
         # Both rows along q̈ share what it is made of; one alone is shorter as C F_n + b_t.

@@ -66,7 +66,9 @@ class BatchRows:
     `mode` and `transition` are indices, of the mode and of the transition that ended the run or -1;
     `reason` is the number of the stop reason (the engine's are `ENGINE_REASONS`). Columns of
     `event_counts` are kinds. `event_times` has kinds and events, nan where there was no such event;
-    `extremes` has maxima, then minima, value and time of each.
+    `extremes` has maxima, then minima, value and time of each. `energy_residual` is the change of
+    all energies from start to end, relative to the largest of them there, or to that by which the
+    tolerance of the works is measured; inf where one is not finite, nan where no time passed.
     """
 
     time: Array
@@ -80,6 +82,7 @@ class BatchRows:
     event_times: Array
     extremes: Array
     integrals: Array
+    energy_residual: Array
 
     @classmethod
     def empty(cls, n: int, outline: Outline, kept: BatchOutputs) -> BatchRows:
@@ -97,6 +100,7 @@ class BatchRows:
             event_times=np.empty((n, kinds, kept.events)),
             extremes=np.empty((n, len(kept.maxima + kept.minima), 2)),
             integrals=np.empty((n, len(kept.integrals))),
+            energy_residual=np.empty(n),
         )
 
     def part(self, rows: Any) -> BatchRows:

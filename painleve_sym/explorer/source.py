@@ -18,6 +18,7 @@ from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import Compiler
 from painleve_sym.codegen.evaluate import expression_function
 from painleve_sym.contacts.contact_numbers import argument_symbols
+from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.taylor.runner import TaylorEngine
@@ -36,8 +37,8 @@ from painleve_sym.mechanics.shapes import (
     scene_formulas,
     suggested_shapes,
 )
+from painleve_sym.motion.energy_balance import ENERGY_ROUNDING
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.motion.trajectory import DISSIPATIONS, ENERGIES, ENERGY_ROUNDING
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.axes import default_range, parameter_range
 
@@ -236,7 +237,7 @@ def _motion_code(name: str, simulator: Simulator) -> MotionCode:
 def _motion_values(code: MotionCode) -> Mapping[str, Any]:
     outline, several = code.outline, bool(code.outline.parts)
     states, outputs = list(outline.state_names), list(outline.output_names)
-    works = [str(states.index(name)) for name in DISSIPATIONS if name in states]
+    works = [str(states.index(name)) for name in LOSSES if name in states]
     return {
         "energies": ", ".join(str(outputs.index(name)) for name in ENERGIES),
         "potential": outputs.index("potential_energy"),

@@ -137,7 +137,8 @@ class ContactLaw(Deferred):
         ------
         InputError
             An unknown friction law, a law that has one other than Coulomb's already, or a spring
-            with a normal force that jumps.
+            with a normal force that jumps: that of a virgin reload, or of e = 0, which falls to 0
+            where it is largest.
 
         Examples
         --------
@@ -159,13 +160,22 @@ class ContactLaw(Deferred):
                 "where the normal force jumps, and the force of a tangential spring cannot jump "
                 "with it. Fix: take reload='elastic'."
             )
-        parameters = (*self.parameters, *rubbing.parameters)
+        own = self.parameters
+        if rubbing.kind is Friction.SPRING:
+            own = tuple(
+                replace(p, lower_closed=False) if p.name == "e_energetic" else p for p in own
+            )
+        for p in own:
+            if fault := p.fault(p.default):
+                raise InputError(f"law {self.name!r} with friction {rubbing.kind.value!r}: {fault}")
+        parameters = (*own, *rubbing.parameters)
         choices = {**self.choices, "friction": str(rubbing.kind)}
         source = f"{self.source}; {rubbing.source}"
 
         def make() -> ContactLaw:
+            law = self._with_names(str, own)
             return replace(
-                self, parameters=parameters, choices=choices, source=source, friction=rubbing
+                law, parameters=parameters, choices=choices, source=source, friction=rubbing
             )
 
         return ContactLaw.deferred(

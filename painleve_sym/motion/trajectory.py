@@ -17,11 +17,13 @@ from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz, table_lib
 from painleve_sym.checks import checked_number, names_of, number, text_of, whole_number
 from painleve_sym.choices import chosen
 from painleve_sym.codegen.tape import TapeOutputs
+from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords, dense_values
 from painleve_sym.errors import EventKind, InputError, StopReason, received, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.energy_balance import balance_closes, balance_notice, balance_residual
 from painleve_sym.motion.energy_gains import EnergyGain, notices
 from painleve_sym.motion.pressing import ContactSurface, pressing_notices
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
@@ -37,10 +39,6 @@ if TYPE_CHECKING:
     from painleve_sym.motion.run_record import RunRecord
 
 FORMAT = "painleve-sym trajectory 2"
-ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
-DISSIPATIONS = ("friction_dissipation", "contact_dissipation", "force_dissipation")
-ENERGY_ROUNDING = 100 * np.finfo(float).eps
-"""Of the energies: what coordinates of a body at rest carry along from many operations."""
 
 
 @dataclass(frozen=True)
@@ -334,10 +332,13 @@ class Trajectory(Shown):
     def notices(self) -> tuple[str, ...]:
         """Sentences that a reader of the result should know.
 
-        They name energy that the motion gained, bodies that are not rigid in its impacts, and
-        contacts that are pressed deeper or harder than their law holds for.
+        They name an energy balance that does not close, energy that the motion gained, bodies
+        that are not rigid in its impacts, and contacts that are pressed deeper or harder than their
+        law holds for.
         """
         gained = notices(self.energy_gains)
+        if self.energy_closes is False:
+            gained = (balance_notice(self.energy_residual, self.rtol), *gained)
         periods = self.body_periods
         durations = contact_durations(self.events) if periods else {}
         pressed = self.record.surfaces if self.evaluator else ()
@@ -575,15 +576,16 @@ class Trajectory(Shown):
 
     def energies(self, t: ArrayLike) -> dict[str, Array]:
         """Return the terms of the balance at times `t`, each (len(t),), and their `total`; J."""
-        states, outputs = self(t), self.outputs(t)
-        return self._balance(states, outputs)
+        terms = self._balance(self(t), self.outputs(t))
+        with np.errstate(invalid="ignore"):
+            return {**terms, "total": np.sum(list(terms.values()), axis=0)}
 
     def _balance(self, states: Array, outputs: Mapping[str, Array]) -> dict[str, Array]:
         terms = {name: outputs[name] for name in ENERGIES}
-        for name in DISSIPATIONS:
+        for name in LOSSES:
             if name in self.state_names:
                 terms[name] = states[:, self.state_names.index(name)]
-        return {**terms, "total": np.sum(list(terms.values()), axis=0)}
+        return terms
 
     @cached_property
     def energy_residual(self) -> float:
@@ -591,19 +593,22 @@ class Trajectory(Shown):
 
         Relative to the largest of the sizes of the terms, the potential energy counted from its
         start; taken over the ends of all steps. 0 where no term is more than rounding, as of a body
-        at rest; nan where no steps were kept.
+        at rest; inf where one is not finite; nan where no steps were kept.
         """
         if not len(self.step_time):
             return float("nan")
         states = np.vstack([self.step_rows[:, 0], self.final_state])
         modes = np.append(self.step_mode, self.final_mode)
         memory = np.vstack([self.step_memory, self.final_memory])
-        terms = self._balance(states, self._outputs(modes, states, memory))
-        total = terms.pop("total")
-        rounding = ENERGY_ROUNDING * sum(float(np.max(np.abs(v))) for v in terms.values())
-        terms["potential_energy"] = terms["potential_energy"] - terms["potential_energy"][0]
-        size = max(float(np.max(np.abs(v))) for v in terms.values())
-        return float(np.max(np.abs(total - total[0])) / size) if size > rounding else 0.0
+        return balance_residual(self._balance(states, self._outputs(modes, states, memory)))
+
+    @property
+    def energy_closes(self) -> bool | None:
+        """Whether the residual is below 10³ rtol, at least 1e-9 and at most 0.1; None for nan.
+
+        Where it is not, a notice says so.
+        """
+        return balance_closes(self.energy_residual, self.rtol)
 
     # ---- tables and figures ----
 
@@ -803,6 +808,7 @@ class Trajectory(Shown):
             **self._findings,
             "notices": list(self.notices),
             "energy_residual": self.energy_residual,
+            "energy_closes": self.energy_closes,
             "counters": self.counters,
             "engine": self.engine,
         }

@@ -210,13 +210,13 @@ def test_file_is_not_written_in_place_of_a_closed_standard_error(tmp_path):
 
 def test_every_exit_code_is_documented():
     import painleve_sym.cli as cli
-    from painleve_sym.cli.run import EXIT_STOPPED_EARLY
+    from painleve_sym.cli.run import EXIT_DOUBTFUL
     from painleve_sym.cli.texts import EXAMPLES
 
     page = (ROOT / "docs" / "cli.md").read_text("utf-8")
     own = {value for name, value in vars(cli).items() if name.startswith("EXIT_")}
     assert own == {1, 2, 130, 141}
-    for exit_code in {0, EXIT_STOPPED_EARLY, *own}:
+    for exit_code in {0, EXIT_DOUBTFUL, *own}:
         assert f"\n| {exit_code} | " in page
         assert f" {exit_code} " in EXAMPLES.partition("exit codes:")[2]
 

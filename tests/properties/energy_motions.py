@@ -72,7 +72,8 @@ def motions(sim: Simulator, count: int, seed: int = 0) -> Iterator[dict[str, Any
 
 def _law_parameter(p: Any, rng: np.random.Generator) -> float:
     if p.name.startswith("e_"):
-        return float(rng.choice([0.0, rng.uniform(0.05, 0.95), rng.uniform(0.05, 0.95), 1.0]))
+        e = float(rng.choice([0.0, rng.uniform(0.05, 0.95), rng.uniform(0.05, 0.95), 1.0]))
+        return p.default if p.fault(e) else e
     if p.name.startswith("static_ratio"):
         return float(rng.uniform(1.0, 1.8))
     stiff = p.unit in ("Pa", "N/m")

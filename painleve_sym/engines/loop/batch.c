@@ -13,7 +13,7 @@ typedef struct {
   double *t, *x, *z;
   int *mode, *reason, *transition;
   long *counters, *counts;
-  double *times, *extremes, *integrals;
+  double *times, *extremes, *integrals, *energy_residual;
 } ps_ends;
 
 /* Which outputs are watched: indices of those with a maximum, a minimum, an integral, in turn. */
@@ -46,12 +46,13 @@ typedef struct {
   const double *x, *p, *t_end, *atol;
 } ps_given;
 
-/* The run of a row. */
+/* The run of a row, and its energies and losses at the start. */
 typedef struct {
   ps_run run;
   ps_options options;
   ps_watch watch;
   long row;
+  double start[PS_TERMS];
 } ps_open;
 
 static void open_row(ps_open *a, long i, const ps_given *given, const ps_kept *kept,
@@ -64,6 +65,7 @@ static void open_row(ps_open *a, long i, const ps_given *given, const ps_kept *k
   a->options.t_end = given->t_end[i];
   set_tolerances(&a->options, given->atol + i * PS_NX);
   begin(&a->run, given->x + i * PS_NX, z, given->p + i * PS_NP, &a->options);
+  balance_terms(&a->run, a->start);
 }
 
 static void close_row(ps_open *a, const ps_ends *e) {
@@ -77,6 +79,7 @@ static void close_row(ps_open *a, const ps_ends *e) {
   e->reason[i] = (int)s->reason;
   e->transition[i] = (int)s->stop_transition;
   memcpy(e->counters + i * PS_NCOUNT, &s->count, sizeof s->count);
+  e->energy_residual[i] = balance_residual(s, &a->options, a->start);
 }
 
 /* One step of n runs in the same mode: in lanes where at least half of them are full. */

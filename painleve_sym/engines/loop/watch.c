@@ -23,3 +23,45 @@ static void watch_now(ps_run *s) {
   for (int i = 0; i < w->maxima + w->minima; i++)
     watch_value(&w->extreme[i], i < w->maxima ? 1 : -1, out[w->of[i]], s->t_base + s->t);
 }
+
+/* Energies and losses at the present state; where an automaton has none, nothing is known. */
+#ifdef PS_ENERGIES
+#define PS_TERMS (PS_ENERGIES + PS_LOSSES)
+enum { PS_POTENTIAL = 1 };
+/* Of the energies: what coordinates of a body at rest carry along from many operations. */
+static const double PS_TERM_ROUNDING = 2.2e-14;
+
+static void balance_terms(ps_run *s, double *term) {
+  energies(s, s->x, term);
+  for (int i = 0; i < PS_LOSSES; i++) term[PS_ENERGIES + i] = s->x[PS_LOSS[i]];
+}
+
+/* See BatchRows. */
+static double balance_residual(ps_run *s, const ps_options *o, const double *start) {
+  double now[PS_TERMS], change = 0, size = o->atol[PS_LOSS[0]] / o->rtol, terms = 0;
+  if (s->count.accepted == 0) return NAN;
+  balance_terms(s, now);
+  for (int i = 0; i < PS_TERMS; i++) {
+    const double from = i == PS_POTENTIAL ? start[i] : 0;
+    const double before = fabs(start[i] - from), after = fabs(now[i] - from);
+    change += now[i] - start[i];
+    size = PS_MAX(size, PS_MAX(before, after));
+    terms += PS_MAX(fabs(start[i]), fabs(now[i]));
+  }
+  if (!isfinite(change)) return HUGE_VAL;
+  return size > PS_TERM_ROUNDING * terms ? fabs(change) / size : 0;
+}
+#else
+#define PS_TERMS 1
+
+static void balance_terms(ps_run *s, double *term) {
+  (void)s;
+  term[0] = NAN;
+}
+
+static double balance_residual(ps_run *s, const ps_options *o, const double *start) {
+  (void)s;
+  (void)o;
+  return start[0];
+}
+#endif

@@ -21,6 +21,7 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
+from painleve_sym.motion.energy_balance import batch_notices, open_from
 from painleve_sym.motion.run_record import OPTIONS
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory, labels
@@ -43,6 +44,9 @@ class BatchResult:
     - ``event_times``, shape ``(*shape, kinds, events)``, and ``event_counts``, ``(*shape, kinds)``:
       the same of all kinds;
     - ``max_OUTPUT``, ``max_OUTPUT_time``, ``min_…``, ``integral_OUTPUT``: where asked for;
+    - ``energy_residual``: the change of all energies from start to end, relative to the largest of
+      them there, or to that by which the tolerance of the works is measured; inf where one is not
+      finite, nan where no time passed;
     - the counters of the work, such as ``accepted_steps``.
 
     Energy that an impact or a reload adds is not among them: `trajectory` of a row names it.
@@ -90,6 +94,13 @@ class BatchResult:
         return f"BatchResult of {where}, shape {self.shape}: {ends}"
 
     @property
+    def notices(self) -> tuple[str, ...]:
+        """Sentences that a reader of the result should know: energy balances that do not close."""
+        residuals = self.rows.energy_residual
+        off = residuals[residuals >= open_from(self.options.rtol)]
+        return batch_notices(len(off), len(residuals), float(off.max(initial=0.0)))
+
+    @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of events, in the order of `event_times`."""
         return self.simulator.outline.kinds
@@ -113,6 +124,7 @@ class BatchResult:
         for k, name in enumerate(extremes):
             arrays |= {name: rows.extremes[:, k, 0], f"{name}_time": rows.extremes[:, k, 1]}
         arrays |= {f"integral_{n}": rows.integrals[:, k] for k, n in enumerate(kept.integrals)}
+        arrays["energy_residual"] = rows.energy_residual
         return arrays | {name: rows.counters[:, k] for k, name in enumerate(COUNTERS)}
 
     @property

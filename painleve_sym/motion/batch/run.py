@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import Record
+from painleve_sym.contacts.model import LOSSES
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, RunOptions
@@ -19,7 +20,9 @@ from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, Starts, starts_o
 from painleve_sym.motion.batch.machine import check_memory, processor_count, row_bytes
 from painleve_sym.motion.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
 from painleve_sym.motion.batch.result import BatchResult, run_row
+from painleve_sym.motion.energy_balance import balance_residual
 from painleve_sym.motion.locate_limit import jams
+from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
@@ -127,9 +130,22 @@ def _one_by_one(
                 end.fill_unmoved(np.array([True]), block.states[i - first][None], refusal)
                 continue
             force = None if rows.force is None else float(rows.part(rows.force, i, i + 1)[0])
-            run = run_row(simulator, rows.row(i), o, Record.EVENTS, force)
+            run = run_row(simulator, rows.row(i), o, Record.DENSE, force)
             _fill(end, run, simulator.outline.kinds, kept.events)
+            end.energy_residual[:] = _residual_of_ends(run)
     return ends
+
+
+def _residual_of_ends(run: Trajectory) -> float:
+    """Return `BatchRows.energy_residual` of a run."""
+    if not len(run.step_time):
+        return float("nan")
+    record = run.record
+    assert isinstance(record, RunRecord)
+    terms = run.energies([run.step_time[0], run.final_time])
+    del terms["total"]
+    scale = record.start.scale[run.state_names.index(LOSSES[0])]
+    return balance_residual(terms, float(scale))
 
 
 def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) -> None:

@@ -31,6 +31,7 @@ from painleve_sym.codegen.compile import FLAGS, find_compiler
 from painleve_sym.errors import CompilerMissing, InputError, PainleveError, PainleveWarning
 from painleve_sym.files import no_link, write_beside
 from painleve_sym.mechanics.definition import SYMPY_VERSION
+from painleve_sym.motion.energy_balance import batch_notices, open_from
 from painleve_sym.study.sweeps.sweep import FORMATS, Columns, Sweep
 
 FORMAT = "painleve-sym sweep 1"
@@ -238,12 +239,16 @@ class Store:
         return [s for s, there in pairs if not there or there != _sum(self.read(s))]
 
     def summary(self) -> dict[str, Any]:
-        """Return counts of the stop reasons and the range of every quantity."""
+        """Return counts of the stop reasons, the range of every quantity, and notices."""
         sweep = self.sweep
         reasons = sweep.codes("stop_reason") or {}
         counts = np.zeros(len(reasons), int)
         ranges: dict[str, dict[str, Any]] = {}
+        off, largest, limit = 0, 0.0, open_from(sweep.scenario.rtol)
         for chunk in map(self.read, sweep.starts):
+            residuals = chunk["energy_residual"]
+            off += int((residuals >= limit).sum())
+            largest = max(largest, float(np.fmax.reduce(residuals, initial=0.0)))
             counts += np.bincount(chunk["stop_reason"], minlength=len(reasons))
             for name, quantity in sweep.columns.items():
                 if name not in sweep.space.names and sweep.codes(quantity) is None:
@@ -256,6 +261,7 @@ class Store:
             "axes": {n: sweep.unit(n) for n in sweep.space.names},
             "stop_reasons": {r: int(n) for r, n in zip(reasons, counts, strict=True) if n},
             "quantities": ranges,
+            "notices": list(batch_notices(off, sweep.space.points, largest)),
         }
 
     def finish(self, out: Path) -> None:

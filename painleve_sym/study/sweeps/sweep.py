@@ -177,7 +177,7 @@ class Sweep:
     @property
     def kept(self) -> tuple[str, ...]:
         """Everything that is written of a point, besides the point itself."""
-        named = ["stop_reason"]
+        named = ["stop_reason", "energy_residual"]
         for name in self.keep or ("time", *self.mechanism.state_names):
             named.append(name)
             if _lists_events(name):  # the counts come with the times
