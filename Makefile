@@ -52,12 +52,13 @@ oldest: ## test the oldest versions of the dependencies, in .venv-oldest
 # Tests of pages are skipped, with the reason, where these are absent.
 NODE_PACKAGES := axe-core@4.14.1 typescript@5.9.3
 setup-browser: $(VENV)/.installed ## install what tests of pages need: Chromium and Node (by apt), their packages
-	@missing=; for program in chromium node npm; do command -v $$program > /dev/null || missing="$$missing $$program"; done; \
-	missing=$$(echo $$missing | sed 's/\<node\>/nodejs/'); sudo=; [ "$$(id -u)" = 0 ] || sudo="sudo -n"; \
+	@has() { command -v "$$1" > /dev/null; }; missing=; sudo=; [ "$$(id -u)" = 0 ] || sudo="sudo -n"; \
+	has chromium || has chromium-browser || has chrome || missing=chromium; \
+	has node || missing="$$missing nodejs"; has npm || missing="$$missing npm"; \
 	[ -z "$$missing" ] || { $$sudo apt-get -qq update && $$sudo apt-get -qq install -y --no-install-recommends $$missing; } \
-		< /dev/null > $(VENV)/apt.log 2>&1 || echo "make: $$missing: not installed (see $(VENV)/apt.log). Fix: sudo apt install $$missing"
+		< /dev/null > $(VENV)/apt.log 2>&1 || echo "make: not installed: $$missing (see $(VENV)/apt.log). Fix: sudo apt install $$missing"
 	@$(PIP) install -c constraints.txt -e '.[browser,notebook,web]'
-	@command -v npm > /dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(NODE_PACKAGES)
+	@if command -v npm > /dev/null; then npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(NODE_PACKAGES); fi
 
 explorer-modules: $(VENV)/.installed ## compile the explorer's module of the rod again where it is old
 	$(BIN)/python tools/explorer_modules.py

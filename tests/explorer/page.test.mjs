@@ -164,7 +164,7 @@ test("cases follow the signs of A and B; a guide counts a solution for each sign
 
 test("a start that is not at rest on its contact is said so", () => {
   const contact = { gap: "gap", gap_rate: "rate" };
-  const said = (gap, rate, slip = 1) => notes({ inside: "", gaps: { gap, rate }, slip }, contact).join(" ");
+  const said = (gap, rate, slip = 1) => notes({ inside: "", state: { gap, rate }, slip }, contact).join(" ");
   assert.equal(said(0, 0), "");
   assert.equal(said(0, -2), "It approaches with 2 m/s: an impact.");
   assert.equal(said(0, 2), "It is leaving with 2 m/s.");

@@ -21,16 +21,15 @@ static double numbers[64];
 
 CALLED(contact_numbers_at) double *contact_numbers_at(void) { return numbers; }
 
-/* Writes A[0], A[1], B, A_stick, B_stick, mu, W_nn, W_nt, W_tt, b_n, b_t of a contact, the case, the
- * number of solutions, and of each: normal force, tangential force, slip direction, case. */
+/* Writes A[0], A[1], B, A_stick, B_stick, mu of a contact, the case, the number of solutions, and of
+ * each: normal force, tangential force, slip direction, case. */
 CALLED(contact_problem) void contact_problem(int contact) {
   const double *p = ${name}_parameters_at(), *x = ${name}_state_at();
   ${name}_coefficients c;
   ${name}_solutions s;
   ${name}_contact_coefficients(p, x, contact, &c);
   const int given = ${name}_solve(p, x, contact, &s);
-  const double own[] = {c.A[0], c.A[1], c.B,    c.A_stick, c.B_stick, c.mu,  c.W_nn,
-                        c.W_nt, c.W_tt, c.b_n, c.b_t,     given,     s.count};
+  const double own[] = {c.A[0], c.A[1], c.B, c.A_stick, c.B_stick, c.mu, given, s.count};
   memcpy(numbers, own, sizeof own);
   double *rest = numbers + sizeof own / sizeof *own;
   for (int i = 0; i < s.count; i++) {

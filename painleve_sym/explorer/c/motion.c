@@ -163,7 +163,12 @@ double *${name}_outcomes(int a, double first, double last, int count, int b, dou
     if (${name}_complete(force) != 7) continue;
     const int events = ${name}_follow(t_end, rtol, max_steps, max_steps, until, 0);
     if (events < 0) row[i] = 200 + ${name}_stop_no_mode;
-    else if (run->stop == ${name}_stop_until) row[i] = run->events[events - 1].kind;
+    else if (run->stop == ${name}_stop_until) {
+      /* Others may follow at the same time. */
+      int last = events - 1;
+      while (last > 0 && !(until >> run->events[last].kind & 1)) last--;
+      row[i] = run->events[last].kind;
+    }
     else if (run->stop == ${name}_stop_t_end) row[i] = 100 + run->mode;
     else row[i] = 200 + run->stop;
   }

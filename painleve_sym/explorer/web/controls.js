@@ -167,7 +167,7 @@ export class Controls {
 
   #reload() {
     const rules = reloads(this.description).map((rule) => /** @type {[any, string]} */ (
-      [rule, rule === "virgin" ? "virgin (the paper's; creates energy)" : rule]));
+      [rule, rule === "virgin" ? "virgin (creates energy)" : rule]));
     return this.#select("reload", rules, "reload");
   }
 

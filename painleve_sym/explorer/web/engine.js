@@ -16,7 +16,6 @@
 /** @typedef {Object<string, number>} Values */
 /** @typedef {{time: number, kind: string, sentence: string, mode_before: string, mode_after: string,
  *   contact: string, before: Values, after: Values, outputs: Values}} Event */
-/** @typedef {{first: string, last: [number, number], count: number}} Axis */
 
 /** Bits of a start that law, numbers and domain admit. */
 const [LAW, FINITE, DOMAIN] = [1, 2, 4];
@@ -86,18 +85,16 @@ export class Engine {
     const inside = this.motions[0].start(values, null);
     this.functions.contact_problem(contact);
     const at = view(this.functions, this.functions.contact_numbers_at(), 64);
-    const [A_neg, A_pos, B, A_stick, B_stick, mu, W_nn, W_nt, W_tt, b_n, b_t, given, count] = at;
-    const name = this.description.contacts[contact].slip;
-    const slipVelocity = this.motions[0].state()[name];
-    const gaps = this.motions[0].state();
+    const [A_neg, A_pos, B, A_stick, B_stick, mu, given, count] = at;
+    const state = this.motions[0].state();
+    const slipVelocity = state[this.description.contacts[contact].slip];
     const solutions = Array.from({ length: count }, (_, i) => {
-      const [normal, tangential, slip, mode] = at.slice(13 + 4 * i, 17 + 4 * i);
+      const [normal, tangential, slip, mode] = at.slice(8 + 4 * i, 12 + 4 * i);
       return { normal, tangential, slip, mode: this.description.cases[mode].name };
     });
     return {
-      ...{ A_neg, A_pos, B, A_stick, B_stick, mu, W_nn, W_nt, W_tt, b_n, b_t, slipVelocity },
-      ...{ solutions, gaps, inside, word: this.description.cases[given] },
-      slip: Math.sign(slipVelocity),
+      ...{ A_neg, A_pos, B, A_stick, B_stick, mu, slipVelocity, solutions, state, inside },
+      ...{ word: this.description.cases[given], slip: Math.sign(slipVelocity) },
     };
   }
 

@@ -150,7 +150,7 @@ export class MotionView {
     if (this.bent > 1) notes.unshift(`Deflections are drawn ${short(this.bent)} times as large.`);
     if (!scene) notes.unshift("This mechanism has neither shapes nor bodies, so it is not drawn.");
     if (!scene?.declared && (!scene || scene.shapes.some((s) => s.kind === "dot"))) {
-      notes.unshift("[[shapes]] in the mechanism's file say how it looks.");
+      notes.unshift("[[shapes]] in the mechanism's file say how it looks (page Mechanisms, section Shapes).");
     }
     const paragraphs = (/** @type {string[]} */ sentences, /** @type {string} */ style) =>
       sentences.map((s) => html("p", { class: style }, s));

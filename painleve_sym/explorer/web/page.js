@@ -73,10 +73,11 @@ export class Explorer {
 
   #parts() {
     const { data, term } = this;
-    const { mechanism } = data.description;
+    const { mechanism, motions } = data.description;
+    const beside = motions.length > 1 ? "The same start with a contact that yields, and with a rigid one. " : "";
     const views = html("div", { class: "views", tabindex: -1 },
       this.#section("Motion", this.motion.element, "broad", "impacts",
-        "The same start with a contact that yields, and with a rigid one. Arrows are forces of the contact."),
+        `${beside}Arrows are forces of the contact.`),
       this.#section("Cases of the rigid contact", this.map.element, "", "maps",
         "Drag the point: colours say how many motions a rigid contact allows."),
       this.#section("The contact problem at the start", this.problem.element, "", "complementarity",

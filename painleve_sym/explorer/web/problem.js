@@ -34,8 +34,8 @@ export function linesOf(problem, bilateral) {
  * Sentences on a start to which the problem does not apply as it stands.
  * @param {any} problem @param {any} contact
  */
-export function notes({ inside, gaps, slip }, contact) {
-  const [gap, rate] = [gaps[contact.gap], gaps[contact.gap_rate]];
+export function notes({ inside, state, slip }, contact) {
+  const [gap, rate] = [state[contact.gap], state[contact.gap_rate]];
   const sentences = inside ? [`${inside}.`] : [];
   if (gap > 0) sentences.push(`The contact is open, gap ${short(gap)} m; here it is taken as closed.`);
   if (gap < 0) sentences.push(`The contact is compressed by ${short(-gap)} m.`);

@@ -5,7 +5,7 @@ import { html, short, svg, zeros } from "./draw.js";
 /** Points along each side of the grid on which a surface is looked for. */
 const GRID = 41;
 /** Around the mechanism, in parts of its size: for the arrows. */
-const ROOM = 0.3;
+const ROOM = 0.4;
 /** Part of that room that the arrow of the largest force has. */
 const ARROW = 0.9;
 /** Smaller forces by this number of decades have arrows of no length. */
