@@ -9,6 +9,7 @@ import re
 import pytest
 
 import painleve_sym as ps
+from painleve_sym.explorer import wasm
 from tests.browser import chromium, needs_chromium
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -20,6 +21,16 @@ needs_anywidget = pytest.mark.skipif(
 
 def motion(**law_parameters):
     return ps.simulate("rod", "bilinear-hertz", TABLE_3, t_end=1e-3, law_parameters=law_parameters)
+
+
+@needs_anywidget
+@pytest.mark.parametrize("reload", ["elastic", "virgin"])
+def test_widget_of_the_default_law_needs_no_compiler(monkeypatch, tmp_path, reload):
+    law = ps.law("bilinear-hertz", reload=reload)
+    run = ps.simulate("rod", law, TABLE_3, t_end=1e-3)
+    monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(wasm, "compiler", lambda: pytest.fail("asked for a compiler"))
+    assert run.explore().data["initial"]["reload"] == reload
 
 
 @needs_anywidget
