@@ -16,9 +16,9 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import Chatter, chatter
-from painleve_sym.contacts.closing import closing_hint
+from painleve_sym.contacts.closing import closed_state, closing_hint
 from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import refuse_outside, state_values
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
@@ -285,8 +285,11 @@ def classify(
     state = mechanism.start if state is None else state
     declared = mechanism.outline.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters)
-    start = resolve_state(mechanism, state, values, close)
+    start = state_values(mechanism, state)
+    if close is not None:
+        start = closed_state(mechanism, start, values, close)
     numbers = all_contact_numbers(mechanism, {**start, **values})
+    refuse_outside(mechanism, start, values, numbers.margins)
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
     contacts = mechanism.outline.contacts
     W, b, mu, slip = numbers.W, numbers.b, numbers.mu, numbers.slip_velocity

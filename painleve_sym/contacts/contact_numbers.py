@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -44,6 +43,8 @@ class ContactNumbers(NamedTuple):
         A′ and B′ of each contact with the others open; 1/kg and m/s².
     gap_tolerance, rate_tolerance : ndarray, shape (n,)
         See `closed_within`; m, m/s.
+    margins : list of float
+        Of the bounds of the domain, all positive inside.
     """
 
     gap: Array
@@ -56,6 +57,7 @@ class ContactNumbers(NamedTuple):
     B_stick: Array
     gap_tolerance: Array
     rate_tolerance: Array
+    margins: list[float]
 
 
 def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> ContactNumbers:
@@ -68,24 +70,46 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
         Coordinates, velocities and parameters by name.
     """
     contacts = mechanism.outline.contacts
-    n, point = len(contacts), [values[name] for name in argument_names(mechanism)]
-    numbers = [contact_numbers(mechanism, i).of_point(point) for i in range(n)]
-    at = ContactRows(n)
-    W = [[0.0] * at.size for _ in range(at.size)]
-    for (i, j), own in zip(at.each(), numbers, strict=True):
-        W[i][i], W[j][j] = own["W_nn"], own["W_tt"]
-        W[i][j] = W[j][i] = own["W_nt"]
-    if n > 1:
-        entries = couplings(mechanism).of_vector(point)
-        for (row, column), value in zip(_coupled_rows(n), entries, strict=True):
-            W[row][column] = W[column][row] = value
-    rows = np.array([[own[name] for own in numbers] for name in _OF_CONTACT])
+    n, names = len(contacts), argument_names(mechanism)
+    numbers = _of_all_contacts(mechanism).of_vector([values[name] for name in names])
+    size, count = ContactRows(n).size, len(_OF_CONTACT) * n
+    rows = np.array(numbers[:count]).reshape(-1, n)
+    end = count + size * size
+    gap, rate, slip, A, B, near, slow = rows
     return ContactNumbers(
-        W=np.array(W),
-        b=np.array([own[name] for own in numbers for name in ("b_n", "b_t")]),
-        mu=np.array([float(values[c.friction]) for c in contacts]),
-        **dict(zip(_OF_CONTACT, rows, strict=True)),
+        gap,
+        rate,
+        slip,
+        np.array(numbers[count:end]).reshape(size, size),
+        np.array(numbers[end : end + size]),
+        np.array([float(values[c.friction]) for c in contacts]),
+        A,
+        B,
+        near,
+        slow,
+        numbers[end + size :],
     )
+
+
+def _of_all_contacts(mechanism: Mechanism) -> Quantities:
+    """Return the numbers of all contacts, the entries of W and b, the margins of the domain."""
+
+    def formulas() -> tuple[dict[str, Any], tuple[Any, ...]]:
+        n, entries = len(mechanism.contacts), _coupling_formulas(mechanism)
+        own = [_formulas(mechanism, i)[0] for i in range(n)]
+        named = {f"{name}_{i}": own[i][name] for name in _OF_CONTACT for i in range(n)}
+        at, axis = ContactRows(n), ("t", "n")
+        kinds = [axis[at.is_normal(row)] for row in range(at.size)]
+        for r, c in product(range(at.size), repeat=2):
+            i, low, high = at.contact(r), min(r, c), max(r, c)
+            coupled = at.contact(c) != i
+            name = f"W_{low}_{high}" if coupled else f"W_{kinds[low]}{kinds[high]}"
+            named[f"W_{r}_{c}"] = (entries if coupled else own[i])[name]
+        named |= {f"b_{r}": own[at.contact(r)][f"b_{kind}"] for r, kind in enumerate(kinds)}
+        named |= {f"margin_{k}": bound.margin for k, bound in enumerate(mechanism.domain)}
+        return named, argument_symbols(mechanism)
+
+    return quantities("all", mechanism.definition, argument_names(mechanism), formulas)
 
 
 def contact_numbers(mechanism: Mechanism, i: int = 0) -> Quantities:
@@ -184,26 +208,22 @@ def domain_margins(mechanism: Mechanism) -> Quantities:
 
 def couplings(mechanism: Mechanism) -> Quantities:
     """Return the entries W_row_column above the diagonal that couple two contacts."""
-
-    def formulas() -> tuple[dict[str, Any], tuple[Any, ...]]:
-        contacts = mechanism.contacts
-        rows = [row for c in contacts for row in (c.J_N, c.J_T)]
-        inverse = mechanism.system.inverse_mass_matrix
-        entries = {
-            f"W_{r}_{c}": (rows[r] * inverse * rows[c].T)[0]
-            for r, c in _coupled_rows(len(contacts))
-        }
-        return entries, argument_symbols(mechanism)
-
-    return quantities("couplings", mechanism.definition, argument_names(mechanism), formulas)
+    names = argument_names(mechanism)
+    return quantities(
+        "couplings",
+        mechanism.definition,
+        names,
+        lambda: (_coupling_formulas(mechanism), argument_symbols(mechanism)),
+    )
 
 
-@functools.lru_cache(maxsize=64)
-def _coupled_rows(n: int) -> tuple[tuple[int, int], ...]:
-    """Return the rows and columns of the entries of W that couple two of n contacts."""
-    rows = ContactRows(n)
-    pairs = combinations(range(rows.size), 2)
-    return tuple((r, c) for r, c in pairs if rows.contact(r) != rows.contact(c))
+def _coupling_formulas(mechanism: Mechanism) -> dict[str, Any]:
+    at = ContactRows(len(mechanism.contacts))
+    rows = [row for c in mechanism.contacts for row in (c.J_N, c.J_T)]
+    pairs = combinations(range(at.size), 2)
+    coupled = [(r, c) for r, c in pairs if at.contact(r) != at.contact(c)]
+    inverse = mechanism.system.inverse_mass_matrix if coupled else None
+    return {f"W_{r}_{c}": (rows[r] * inverse * rows[c].T)[0] for r, c in coupled}
 
 
 def argument_names(mechanism: Mechanism) -> tuple[str, ...]:

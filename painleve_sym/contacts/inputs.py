@@ -34,21 +34,30 @@ def resolve_state(
         Unknown names, values that are not finite, a state outside the mechanism's domain, nothing
         that closes the contact.
     """
-    where, faults = f"state of {mechanism.name!r}", list[str]()
     values = state_values(mechanism, given)
     if close is not None:
         values = closed_state(mechanism, values, parameters, close)
-    domain, margins = mechanism.outline.domain, list[float]()
-    if domain:
+    if mechanism.outline.domain:
         every = {**values, **parameters}
         point = [every[name] for name in mechanism.outline.argument_names]
         margins = domain_margins(mechanism).of_vector(point)
-    for bound, margin in zip(domain, margins, strict=True):
-        if not margin > 0:
-            received = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in bound.names)
-            faults.append(f"got {received}, need {bound.margin} > 0 ({bound.meaning}).")
-    _raise(where, faults)
+        refuse_outside(mechanism, values, parameters, margins)
     return values
+
+
+def refuse_outside(
+    mechanism: Mechanism,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float],
+    margins: Sequence[float],
+) -> None:
+    """Raise InputError where a margin of the domain is not positive."""
+    faults = list[str]()
+    for bound, margin in zip(mechanism.outline.domain, margins, strict=True):
+        if not margin > 0:
+            received = ", ".join(f"{n} = {state.get(n, parameters.get(n))!r}" for n in bound.names)
+            faults.append(f"got {received}, need {bound.margin} > 0 ({bound.meaning}).")
+    _raise(f"state of {mechanism.name!r}", faults)
 
 
 def state_values(mechanism: Mechanism, given: Mapping[str, Value]) -> dict[str, float]:

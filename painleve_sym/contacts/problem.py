@@ -273,7 +273,9 @@ class ContactProblem:
                 value = np.array(fields[name], dtype=float)
             except (TypeError, ValueError):
                 value = np.array(math.nan)
-            if not all(map(math.isfinite, value.ravel().tolist())):
+            entries = value.ravel().tolist()
+            # A finite sum has finite terms; a sum of finite terms may overflow.
+            if not (math.isfinite(sum(entries)) or all(map(math.isfinite, entries))):
                 faults.append(
                     f"{name}: got {fields[name]!r}, need finite numbers. "
                     "Fix: check the state it was evaluated at."

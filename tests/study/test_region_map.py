@@ -214,7 +214,7 @@ def test_map_engines_agree(rod, rod_map):
 
 
 def test_map_says_where_the_contact_is_not_closed():
-    with pytest.warns(PainleveWarning, match="as if its surface were moved"):
+    with pytest.warns(PainleveWarning, match="drawn as if the contact were closed"):
         region_map(model("strut"), ("theta", "mu"), points=10)
 
 
