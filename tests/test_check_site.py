@@ -11,6 +11,11 @@ GOOD = """<!doctype html><html lang="en"><head><title>Good</title>
 <body><main><h1>Good</h1><p>A page without a fault.</p></main></body></html>"""
 BAD = {
     "an image without a text": ("<p>", '<img src="good.svg"><p>', "image-alt"),
+    "a figure whose text is empty": (
+        "<p>",
+        '<article><img alt="" src="good.svg"></article><p>',
+        "image without a text",
+    ),
     "an image that is not there": ("<p>", '<img alt="x" src="none.png"><p>', "broken image"),
     "a page wider than a phone": ("<p>", '<p style="width: 800px">', "pixels wide"),
     "grey on grey": ("<p>", '<p style="color: #aaa">', "color-contrast"),

@@ -99,6 +99,8 @@ def faults_of(page: Page, address: str, name: str) -> list[str]:
     page.wait_for_function("[...document.images].every(i => i.complete)", timeout=20_000)
     broken = "[...document.images].filter(i => i.naturalWidth == 0).map(i => i.src)"
     faults += [f"{name}: broken image {source}" for source in page.evaluate(broken)]
+    silent = "[...document.querySelectorAll('article img')].filter(i => !i.alt).map(i => i.src)"
+    faults += [f"{name}: image without a text {source}" for source in page.evaluate(silent)]
     width = page.evaluate("document.scrollingElement.scrollWidth")
     if width > PHONE["width"]:
         faults.append(f"{name}: {width} pixels wide on a phone of {PHONE['width']}")

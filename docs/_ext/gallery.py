@@ -88,11 +88,13 @@ class FigureScraper:
 
 
 def name_thumbnails(app, tree, docname):
-    """Give the picture of each thumbnail the title of its script as alternative text."""
-    for box in tree.findall(nodes.container):
-        if "sphx-glr-thumbcontainer" in box["classes"]:
-            (picture,) = box.findall(nodes.image)
-            picture["alt"] = next(box.findall(nodes.reference)).astext()
+    """Give the picture of each thumbnail the title of its script, which is the link behind it."""
+    picture = None
+    for node in tree.findall():
+        if isinstance(node, nodes.image) and "_thumb." in node["uri"]:
+            picture = node
+        elif picture is not None and isinstance(node, nodes.reference):
+            picture["alt"], picture = node.astext(), None
 
 
 def settings(docs: Path) -> dict:
