@@ -205,7 +205,7 @@ def test_item_that_raises_has_failed_and_the_others_are_computed(
     assert failed.data["exception"] == exception
     assert reproduction.counts["failed"] == 1
     assert "1 failed; NOT as on record: eq-2" in terminal_table(reproduction)
-    assert "verdict: **failed**, expected reproduced" in markdown(reproduction)
+    assert "verdict: **failed**, on record reproduced" in markdown(reproduction)
     write_report(reproduction, tmp_path)
     assert json.loads((tmp_path / "results.json").read_text("utf-8"))["ok"] is False
 
