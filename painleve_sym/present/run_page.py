@@ -28,7 +28,7 @@ from painleve_sym.present.page import (
     table,
     unit_html,
 )
-from painleve_sym.present.style import event_label, svg_text
+from painleve_sym.present.style import ROUNDING, event_label, svg_text
 from painleve_sym.present.trajectory_figure import trajectory_figure
 from painleve_sym.quantities import quantity
 from painleve_sym.references import Reference, citation
@@ -202,11 +202,19 @@ def _events(run: Trajectory) -> str:
 
 def _end(run: Trajectory) -> str:
     values = {**run.final, **run.final_outputs}
-    rows = [
-        ("" if quantity(n) else _symbol(n), n, v, unit_html(run.units(n)))
-        for n, v in values.items()
-    ]
+    rows = []
+    for name in values:
+        symbol = "" if quantity(name) else _symbol(name)
+        value = _above_rounding(run, values, name)
+        rows.append((symbol, name, value, unit_html(run.units(name))))
     return table(("symbol", "name", "value", "unit"), rows, "State and forces at the end")
+
+
+def _above_rounding(run: Trajectory, values: Mapping[str, float], name: str) -> float:
+    """Return a value of the end, 0 for the rounding of others: of an energy, that of the largest."""
+    energies = [abs(v) for n, v in values.items() if run.units(n) == "J"]
+    size = max(energies, default=0.0) if run.units(name) == "J" else run.size(name)
+    return 0.0 if abs(values[name]) <= ROUNDING * size else values[name]
 
 
 def _energy(run: Trajectory) -> str:

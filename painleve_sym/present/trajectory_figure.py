@@ -25,6 +25,7 @@ from painleve_sym.present.style import (
     NORMAL,
     PAGE,
     PALETTE,
+    ROUNDING,
     STEPS,
     TALLEST,
     TANGENTIAL,
@@ -153,20 +154,6 @@ class _Motion:
             return None
         return max(start, min(moments) - 0.4 * length), min(end, max(moments) + 0.4 * length)
 
-    def scale(self, name: str) -> float:
-        """Return the size with which changes of a coordinate or velocity are compared.
-
-        It is the largest of its unit; of an angle at least 1 rad, and of a velocity at least the
-        size of its coordinate over the length of the motion.
-        """
-        units = self.run.names.units
-        same = [n for n in self.states if units[n] == units[name]]
-        size = max(float(np.max(np.abs(self.states[n]))) for n in same)
-        if name.endswith("_dot"):
-            length = float(self.times[-1] - self.times[0])
-            return max(size, self.scale(name.removesuffix("_dot")) / length)
-        return max(size, 1.0) if units[name] == "rad" else size
-
 
 def trajectory_figure(trajectory: Trajectory, width: float | None = None) -> Figure:
     """Return a figure of the forces, every coordinate and every velocity over time.
@@ -263,9 +250,9 @@ def _draw_states(below: list[Axes], motion: _Motion) -> None:
     scale, unit = motion.unit_of_time
     names = motion.run.names
     for axes, (name, values) in zip(below, motion.states.items(), strict=True):
-        size = motion.scale(name)
+        size = motion.run.size(name)
         largest = float(np.max(np.abs(values)))
-        factor, own = scaled_unit(names.units[name], largest if largest > 1e-13 * size else size)
+        factor, own = scaled_unit(names.units[name], largest if largest > ROUNDING * size else size)
         axes.plot(motion.times * scale, values * factor, color=PALETTE[0])
         axes.set_ylabel(axis_label(names.latex[name], own))
         axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))

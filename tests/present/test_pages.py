@@ -233,6 +233,16 @@ def test_pages_of_other_mechanisms(model, tmp_path):
     _Reader((tmp_path / "page.html").read_text("utf-8"))
 
 
+def test_rounding_at_the_end_is_shown_as_zero():
+    case = Scenario("block-two-feet", law="rigid", t_end=0.5)
+    run = case.simulate()
+    assert 0 < abs(run.final["theta"]) < 1e-13
+    text = run_page(case, run).html()
+    end = text[text.index(">End<") : text.index("Energy balance")]
+    assert f"<td>{symbol_mathml('theta')}</td><td>theta</td><td>0</td>" in end
+    assert "10<sup>" not in end
+
+
 def test_parts_of_a_page_are_escaped():
     page = Page("<t>", table(["<c>"], [["<v>", 1.5, None, True]], "<l>"), [Part("<p>", "")])
     text = page.html() + preformatted("<x>", "<y>") + unit_html("<u>")
