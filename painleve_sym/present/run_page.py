@@ -211,7 +211,7 @@ def _end(run: Trajectory) -> str:
 
 
 def _above_rounding(run: Trajectory, values: Mapping[str, float], name: str) -> float:
-    """Return a value of the end, 0 for the rounding of others: of an energy, that of the largest."""
+    """Return a value of the end, and 0 for rounding: of an energy, that of the largest one."""
     energies = [abs(v) for n, v in values.items() if run.units(n) == "J"]
     size = max(energies, default=0.0) if run.units(name) == "J" else run.size(name)
     return 0.0 if abs(values[name]) <= ROUNDING * size else values[name]
