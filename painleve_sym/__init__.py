@@ -101,6 +101,7 @@ if TYPE_CHECKING:
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
+    from painleve_sym.progress import show_progress as show_progress
     from painleve_sym.references import Reference as Reference
     from painleve_sym.references import citation as citation
     from painleve_sym.study.compare.comparison import Comparison as Comparison
@@ -182,6 +183,7 @@ _NAMES = {
     "motion.singular_limit": ("LimitKind", "ReverseChatter", "SingularLimit"),
     "motion.trajectory": ("EventRecord", "Film", "Segment", "Trajectory"),
     "papers.registry": ("Reproduction", "reproduce"),
+    "progress": ("show_progress",),
     "references": ("Reference", "citation"),
     "study.compare.comparison": ("Comparison", "compare"),
     "study.critical.bisection": (

@@ -14,6 +14,7 @@ from painleve_sym.cli.parser import read_arguments, run_command
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning, shortened
 from painleve_sym.escape import terminal_text
 from painleve_sym.interrupts import noted_interrupts
+from painleve_sym.progress import show_progress
 
 EXIT_FAILURE, EXIT_USAGE = 1, 2
 # As a shell reports a program that ended by SIGINT or SIGPIPE.
@@ -51,7 +52,8 @@ def _standard_error() -> Iterator[None]:
 
 def _guarded(arguments: list[str]) -> int:
     try:
-        with redirect_stdout(_NamedOutput(sys.stdout)), noted_interrupts() as check:
+        output = redirect_stdout(_NamedOutput(sys.stdout))
+        with output, show_progress(), noted_interrupts() as check:
             code = run_command(read_arguments(arguments))
             sys.stdout.flush()
             check()
@@ -141,7 +143,7 @@ def _notices() -> Iterator[None]:
     """Show each `PainleveWarning` as one line on standard error."""
     with warnings.catch_warnings():
         warnings.simplefilter("always", PainleveWarning)
-        others = warnings.showwarning
+        others, said = warnings.showwarning, set[str]()
 
         def show(
             message: Warning | str,
@@ -152,7 +154,11 @@ def _notices() -> Iterator[None]:
             line: str | None = None,
         ) -> Any:
             if issubclass(category, PainleveWarning):
-                return _say(f"note: {message}")
+                # Several engines of one command have the same to say.
+                if str(message) not in said:
+                    said.add(str(message))
+                    _say(f"note: {message}")
+                return None
             return others(message, category, filename, lineno, file, line)
 
         warnings.showwarning = show

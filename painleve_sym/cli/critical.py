@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -191,7 +189,7 @@ def _map(
     own = {p.name: p.unit for p in finder.simulator.own_parameters}
     unit = unit_for("--over", over, text, lambda: scenario.mechanism().units | own)
     ends = read_range(f"--over {over}", text, unit)
-    outcomes = outcome_map(finder, scenario.start(), over, ends, progress=_progress, **options)
+    outcomes = outcome_map(finder, scenario.start(), over, ends, **options)
 
     def show_text() -> None:
         _show_case(scenario, finder, {over: 0.0})
@@ -225,11 +223,3 @@ def _show_map(outcomes: OutcomeMap) -> None:
     show_table(head, table, left=())
     if every > 1:
         show(f"every {every}th of {len(outcomes.values)}")
-
-
-def _progress(done: int, total: int) -> None:
-    # One line that is overwritten; nothing where the output is not a terminal.
-    if sys.stderr.isatty():
-        with suppress(OSError):
-            end = "\n" if done == total else ""
-            print(f"\r[{done}/{total}] runs", end=end, file=sys.stderr, flush=True)

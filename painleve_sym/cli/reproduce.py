@@ -29,7 +29,7 @@ def reproduce(arguments: argparse.Namespace) -> int:
     if out is not None or not arguments.json:
         # Imported before computing, so that a missing dependency fails first.
         from painleve_sym.present.report import terminal_table, write_report
-    reproduction = registry.reproduce(only, progress=_progress, paper=arguments.paper)
+    reproduction = registry.reproduce(only, paper=arguments.paper)
     if out is not None:
         from painleve_sym.present.style import Look
 
@@ -40,10 +40,6 @@ def reproduce(arguments: argparse.Namespace) -> int:
     else:
         print(terminal_table(reproduction).rstrip("\n"))
     return 0 if reproduction.ok else 1
-
-
-def _progress(number: int, total: int, title: str) -> None:
-    _report(f"[{number:{len(str(total))}}/{total}] {title}")
 
 
 def _report(text: str) -> None:

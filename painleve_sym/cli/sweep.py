@@ -12,7 +12,7 @@ from painleve_sym.cli.options import output_file, output_store
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.cli.run import EXIT_DOUBTFUL
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.study.sweeps.runner import Reporter, run_sweep
+from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.store import SUFFIXES, check_format, parts_folder
 from painleve_sym.study.sweeps.sweep import Sweep
 
@@ -31,9 +31,7 @@ def sweep(arguments: argparse.Namespace) -> int:
     out = out or _result(f"{source.stem}.{given.format}")
     begun = time.monotonic()
     try:
-        summary = run_sweep(
-            given, out, threads=threads, cluster=arguments.cluster, progress=Reporter(sys.stderr)
-        )
+        summary = run_sweep(given, out, threads=threads, cluster=arguments.cluster)
     except KeyboardInterrupt:
         folder = parts_folder(out)
         if folder.exists():

@@ -211,6 +211,11 @@ class ContactModel:
         return RigidContact(self)
 
     @property
+    def title(self) -> str:
+        """The mechanism with its laws."""
+        return f"{self.mechanism.name} with {', '.join(law.name for law in self.laws)}"
+
+    @property
     def automaton(self) -> HybridAutomaton:
         """The automaton, derived when first asked for."""
         return self.builder.automaton

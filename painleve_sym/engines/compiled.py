@@ -38,6 +38,7 @@ from painleve_sym.engines.protocol import (
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import NoRecurrence, StopReason
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
+from painleve_sym.progress import progress
 from painleve_sym.time_limit import within_time
 
 if TYPE_CHECKING:
@@ -131,12 +132,14 @@ class CompiledEngine:
             return automaton, cls._source(AutomatonFunctions(automaton))
 
         try:
-            automaton, text = within_time("automaton", derived)
+            with progress(f"deriving {builder.title}"):
+                automaton, text = within_time("automaton", derived)
         except NoRecurrence as error:
             if key:
                 write_entry(key, {"no_recurrence": str(error)})
             raise
-        library = compiled_library(cls._alone(text))
+        with progress(f"compiling {builder.title}"):
+            library = compiled_library(cls._alone(text))
         engine._open(Outline.of(automaton), library, partial(cls._lanes_of, builder, text))
         if key:
             write_entry(key, {"library": library.name, "outline": engine.outline.to_data()})
@@ -152,8 +155,9 @@ class CompiledEngine:
         if library is None:
             from painleve_sym.codegen.modes import AutomatonFunctions
 
-            text = text or cls._source(AutomatonFunctions(builder.automaton))
-            library = compiled_library(text)
+            with progress(f"compiling {builder.title} for batches"):
+                text = text or cls._source(AutomatonFunctions(builder.automaton))
+                library = compiled_library(text)
             if key:
                 write_entry(key, {"library": library.name})
         return library

@@ -18,6 +18,10 @@ class AutomatonBuilder(Protocol):
     """Anything that derives an automaton: a frozen dataclass that says from what."""
 
     @property
+    def title(self) -> str:
+        """The mechanism and its laws in a few words."""
+
+    @property
     def automaton(self) -> HybridAutomaton:
         """The automaton, derived when first asked for."""
 

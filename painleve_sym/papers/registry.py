@@ -6,7 +6,7 @@ import json
 import pkgutil
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
@@ -22,10 +22,9 @@ from painleve_sym.interrupts import noted_interrupts
 from painleve_sym.papers.claims import Claims, ItemClaim, read_claims
 from painleve_sym.papers.item import Outcome, Verdict
 from painleve_sym.papers.panels import Panel
+from painleve_sym.progress import progress
 
 FORMAT = "painleve-sym reproduction 1"
-
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -194,7 +193,6 @@ def selected(
 def reproduce(
     only: Sequence[str] | None = None,
     *,
-    progress: Progress | None = None,
     paper: str | None = None,
 ) -> Reproduction:
     """Compute every item, or those asked for; one that raises an exception has failed.
@@ -203,8 +201,6 @@ def reproduce(
     ----------
     only : sequence of str, optional
         Ids or groups; all when left out.
-    progress : callable, optional
-        Called with (number from 1, number of items, title) before each item is computed.
     paper : str, optional
         Name of the paper; all when left out.
 
@@ -226,12 +222,11 @@ def reproduce(
     chosen = selected(only, paper)
     workbenches = {p.name: p.module.Workbench() for p, _ in chosen}
     items = []
-    with noted_interrupts() as check:
-        for number, (p, name) in enumerate(chosen, 1):
-            if progress is not None:
-                progress(number, len(chosen), p.claims.items[name].title)
+    with noted_interrupts() as check, progress("reproduce", len(chosen), "items") as advance:
+        for p, name in chosen:
             items.append(_computed(p, name, workbenches[p.name]))
             check()
+            advance(1)
     return Reproduction(tuple(items), tuple(dict.fromkeys(p for p, _ in chosen)))
 
 

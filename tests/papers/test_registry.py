@@ -155,12 +155,6 @@ def test_empty_selection_is_refused():
         reproduce([])
 
 
-def test_progress_is_reported_before_every_item():
-    calls = []
-    reproduce(["eq-2", "eq-3"], progress=lambda *args: calls.append(args))
-    assert calls == [(1, 2, "coefficient A"), (2, 2, "coefficient B")]
-
-
 def test_items_alone_give_the_same_as_together(everything):
     alone = reproduce(["fig-14", "energy"]).items
     together = {i.id: i for i in everything.items}

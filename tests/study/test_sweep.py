@@ -25,7 +25,7 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.sweeps import store as sweep_store
-from painleve_sym.study.sweeps.runner import Reporter, run_sweep
+from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.space import Grid, Range, Sample, read_space
 from painleve_sym.study.sweeps.store import Store, open_store, parts_folder
 from painleve_sym.study.sweeps.sweep import CASES, Sweep
@@ -485,34 +485,6 @@ def test_a_mechanism_file_travels_with_the_sweep(tmp_path):
     assert sweep_store.attributes(there) == about != sweep_store.attributes(sweep_of(SMALL))
     changed = Sweep.from_text(text, "x", sweep.mechanism_text + "\n")
     assert sweep_store.attributes(changed) != about
-
-
-def test_progress_shows_rate_and_time_left():
-    class Stream:
-        def __init__(self):
-            self.text = ""
-
-        def write(self, text):
-            self.text += text
-
-        def flush(self):
-            pass
-
-    now = [0.0]
-    stream = Stream()
-    report = Reporter(stream, clock=lambda: now[0])
-    report(100, 1000)
-    now[0] = 20.0
-    report(300, 1000)
-    now[0] = 21.0
-    report(310, 1000)
-    now[0] = 40.0
-    report(1000, 1000)
-    lines = stream.text.splitlines()
-    assert lines[0] == "painleve: 100 of 1,000 points"
-    assert lines[1] == "painleve: 300 of 1,000 points, 10 per second, 0:01:10 left"
-    assert lines[2].startswith("painleve: 1,000 of 1,000 points")
-    assert len(lines) == 3
 
 
 @pytest.mark.parametrize("name", [sweep_store.MANIFEST, "notes.txt"])

@@ -13,6 +13,7 @@ import pytest
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning
 from painleve_sym.study.sweeps import dask_backend as sweep_dask
 from painleve_sym.study.sweeps.runner import run_sweep
+from painleve_sym.study.sweeps.store import Store
 from painleve_sym.study.sweeps.sweep import Sweep
 from tests.study.sweep_cases import SAMPLED, SMALL
 
@@ -73,7 +74,7 @@ def test_workers_may_join_later(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_killed_worker_process_loses_nothing(tmp_path):
+def test_a_killed_worker_process_loses_nothing(tmp_path, monkeypatch):
     text = SMALL.replace("points = 4", "points = 200").replace("chunk = 10", "chunk = 50")
     sweep = Sweep.from_text(text, "small.toml")
     alone = result(sweep, tmp_path / "alone.npz", threads=1)
@@ -83,14 +84,16 @@ def test_a_killed_worker_process_loses_nothing(tmp_path):
         victims = [w.pid for w in cluster.workers.values()]
         killed = []
 
-        def kill_one(done, points):
-            if done >= 200 and not killed:
+        write = Store.write
+
+        def kill_one(store, start, chunk):
+            write(store, start, chunk)
+            if start >= 150 and not killed:
                 killed.append(victims[0])
                 os.kill(victims[0], signal.SIGKILL)
 
-        clustered = result(
-            sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address, progress=kill_one
-        )
+        monkeypatch.setattr(Store, "write", kill_one)
+        clustered = result(sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address)
     assert killed
     assert clustered == alone
     assert np.load(tmp_path / "found.npz")["stop_reason"].shape == (200, 3, 3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
+from painleve_sym.progress import progress
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 
 FIRST_WIDTH = 1e-4
@@ -81,7 +82,6 @@ def critical_curve(
     *,
     parameters: Mapping[str, float] | None = None,
     border: Border = Border.SLIP_STOP,
-    progress: Callable[[int, int], None] | None = None,
 ) -> CriticalCurve:
     """Follow a critical force by continuation over values that increase or decrease.
 
@@ -89,8 +89,7 @@ def critical_curve(
     linearly, predicts the next; runs on both sides verify the bracket, which grows until it holds
     the border; bisection then ends at round-off. Values near to each other help the secant.
 
-    `over` is a parameter of mechanism or law, a coordinate or a velocity. `progress` is called with
-    the number of points done and of all.
+    `over` is a parameter of mechanism or law, a coordinate or a velocity.
 
     Raises
     ------
@@ -101,18 +100,18 @@ def critical_curve(
     held = Setting(finder, state, parameters or {})
     points: list[CriticalForce] = []
     stopped = ""
-    for value in values:
-        at = held.with_value(over, float(value))
-        try:
-            guess, width = _predicted(finder, at, values, points)
-            points.append(finder.find(*at, border=border, guess=guess, width=width))
-        except InputError as error:
-            if not points:
-                raise
-            stopped = f"at {over} = {value:g}: {error}"
-            break
-        if progress:
-            progress(len(points), len(values))
+    with progress(f"critical force over {over}", len(values), "points") as advance:
+        for value in values:
+            at = held.with_value(over, float(value))
+            try:
+                guess, width = _predicted(finder, at, values, points)
+                points.append(finder.find(*at, border=border, guess=guess, width=width))
+            except InputError as error:
+                if not points:
+                    raise
+                stopped = f"at {over} = {value:g}: {error}"
+                break
+            advance(1)
     simulator = finder.simulator
     return CriticalCurve(
         mechanism=simulator.mechanism.name,

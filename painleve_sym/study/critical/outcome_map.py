@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite, plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.progress import Advance, progress
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder, Outcome
 from painleve_sym.study.critical.continuation import Setting
 
@@ -123,40 +124,16 @@ def _logarithmic(low: float, high: float) -> bool:
     return low > 0 and high / low > DECADES
 
 
-def outcome_map(
-    finder: CriticalForceFinder,
-    state: Mapping[str, float],
-    over: str,
-    ends: tuple[float, float],
-    *,
-    forces: tuple[float, float] | None = None,
-    points: int = 61,
-    parameters: Mapping[str, float] | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> OutcomeMap:
-    """Run from a grid of initial forces and values of one quantity; add both critical forces.
+def _critical_lines(setting: Setting, over: str, values: Array, advance: Advance) -> Array:
+    """Return F_n*, its prediction and both critical forces at each value, N; nan where none is.
 
-    `over` is a parameter of mechanism or law, a coordinate or a velocity; it goes between its
-    `ends`, spaced logarithmically over more than a decade and a half. `forces` are by default 0 to
-    1.25 times the largest of F_n* and the critical forces, N. Along each axis are 2 to 400 points.
-    `progress` is called with the number of values done and of all.
-
-    Raises
-    ------
-    InputError
-        Unknown names, ends that are none, no indeterminate state on the whole axis.
+    InputError where there is no indeterminate state at any value.
     """
-    setting = Setting(finder, state, parameters or {})
-    values = _axis(finder, over, ends, points)
-    unit = _unit(finder.simulator.mechanism, setting, over)
-    if forces is not None:
-        _axis(finder, "initial force", forces, points)
-        if forces[0] < 0:
-            raise InputError(f"{finder.where}: initial force: got {forces[0]:g} N, need >= 0.")
-    lines = np.full((4, points), np.nan)
-    reasons: list[str] = []
+    finder, reasons = setting.finder, list[str]()
+    lines = np.full((4, len(values)), np.nan)
     for i, value in enumerate(values):
         at = setting.with_value(over, float(value))
+        advance(1)
         try:
             sliding = finder.analysis.at(*at)
         except InputError as error:
@@ -170,19 +147,49 @@ def outcome_map(
                 lines[row, i] = critical.value
             except InputError as error:
                 reasons.append(str(error))
-        if progress:
-            progress(i + 1, 2 * points)
     if np.isnan(lines[0]).all():
         raise InputError(reasons[0])
-    top = 1.25 * float(np.nanmax(lines[[0, 2, 3]]))
-    grid = np.linspace(*(forces or (0.0, top)), points)
-    outcome = np.full((points, points), LEGEND[Outcome.UNDECIDED.value], dtype=np.int8)
-    for i, value in enumerate(values):
-        if not np.isnan(lines[0, i]):
-            start, given = setting.with_value(over, float(value))
-            outcome[:, i] = [LEGEND[o.value] for o in finder.outcomes(start, grid, given)]
-        if progress:
-            progress(points + i + 1, 2 * points)
+    return lines
+
+
+def outcome_map(
+    finder: CriticalForceFinder,
+    state: Mapping[str, float],
+    over: str,
+    ends: tuple[float, float],
+    *,
+    forces: tuple[float, float] | None = None,
+    points: int = 61,
+    parameters: Mapping[str, float] | None = None,
+) -> OutcomeMap:
+    """Run from a grid of initial forces and values of one quantity; add both critical forces.
+
+    `over` is a parameter of mechanism or law, a coordinate or a velocity; it goes between its
+    `ends`, spaced logarithmically over more than a decade and a half. `forces` are by default 0 to
+    1.25 times the largest of F_n* and the critical forces, N. Along each axis are 2 to 400 points.
+
+    Raises
+    ------
+    InputError
+        Unknown names, ends that are none, no indeterminate state on the whole axis.
+    """
+    setting = Setting(finder, state, parameters or {})
+    values = _axis(finder, over, ends, points)
+    unit = _unit(finder.simulator.mechanism, setting, over)
+    if forces is not None:
+        _axis(finder, "initial force", forces, points)
+        if forces[0] < 0:
+            raise InputError(f"{finder.where}: initial force: got {forces[0]:g} N, need >= 0.")
+    with progress(f"outcomes over {over}", 2 * points, "lines") as advance:
+        lines = _critical_lines(setting, over, values, advance)
+        top = 1.25 * float(np.nanmax(lines[[0, 2, 3]]))
+        grid = np.linspace(*(forces or (0.0, top)), points)
+        outcome = np.full((points, points), LEGEND[Outcome.UNDECIDED.value], dtype=np.int8)
+        for i, value in enumerate(values):
+            if not np.isnan(lines[0, i]):
+                start, given = setting.with_value(over, float(value))
+                outcome[:, i] = [LEGEND[o.value] for o in finder.outcomes(start, grid, given)]
+            advance(1)
     simulator = finder.simulator
     return OutcomeMap(
         mechanism=simulator.mechanism.name,

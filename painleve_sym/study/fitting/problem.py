@@ -23,6 +23,7 @@ from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.progress import Advance, progress
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.result import FitResult
 
@@ -222,6 +223,10 @@ class FitProblem:
             The model cannot follow the data from these start values, or the data leave a
             combination of the unknowns open.
         """
+        with progress("fit", self.max_evaluations, "evaluations") as advance:
+            return self._solved(advance)
+
+    def _solved(self, advance: Advance) -> FitResult:
         start, logarithmic = self._start(), self._logarithmic()
         low, high = self._bounds(start, logarithmic)
         memory: dict[bytes, Any] = {}
@@ -239,6 +244,7 @@ class FitProblem:
             key = x.tobytes()
             if key not in memory:
                 evaluations += 1
+                advance(1)
                 memory[key] = self.predict(values_of(x))
             return memory[key]
 

@@ -24,6 +24,7 @@ from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.notebooks import Shown
+from painleve_sym.progress import progress
 from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
@@ -285,13 +286,14 @@ def region_map(
     place = map_place(mechanism, over, ranges, points, slip, state, parameters, close)
     thresholds = _thresholds(mechanism, place, slip)
     place = reaching(place, ranges, thresholds.get("mu_P"))
-    grid = place.grid()
-    place = place.with_solved(grid)
-    grids, is_open, used = _grids(mechanism, place, grid, slip, engine)
-    if not (grids["case"] >= 0).any():
-        raise InputError(_nothing_inside(mechanism, place))
+    with progress(f"{where} at {points} x {points} points"):
+        grid = place.grid()
+        place = place.with_solved(grid)
+        grids, is_open, used = _grids(mechanism, place, grid, slip, engine)
+        if not (grids["case"] >= 0).any():
+            raise InputError(_nothing_inside(mechanism, place))
+        curves, crossings, shared = _zeros(mechanism, place, slip, grids, used)
     _tell_where_open(place, is_open)
-    curves, crossings, shared = _zeros(mechanism, place, slip, grids, used)
     return RegionMap(
         mechanism=mechanism.name,
         slip=slip,

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import shutil
-import time
-from collections.abc import Callable, Iterator
-from datetime import timedelta
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from painleve_sym.errors import InputError, PainleveError
+from painleve_sym.progress import progress
 from painleve_sym.study.sweeps.store import Store, check_format, open_store, parts_folder
 from painleve_sym.study.sweeps.sweep import Columns, Sweep
-
-Progress = Callable[[int, int], None]
-"""Called with the points done and the points in all."""
 
 
 def sweep(
@@ -23,7 +19,6 @@ def sweep(
     *,
     threads: int | None = None,
     cluster: str | None = None,
-    progress: Progress = lambda done, points: None,
 ) -> dict[str, Any]:
     """Run or resume the sweep that a TOML file describes; see `run_sweep`.
 
@@ -33,7 +28,7 @@ def sweep(
         Of the sweep file.
     out : path
         The result: its suffix tells the format.
-    threads, cluster, progress
+    threads, cluster
         As for `run_sweep`.
 
     Returns
@@ -49,9 +44,7 @@ def sweep(
     >>> summary["mechanism"]
     'rod'
     """
-    return run_sweep(
-        Sweep.read(source), Path(out), threads=threads, cluster=cluster, progress=progress
-    )
+    return run_sweep(Sweep.read(source), Path(out), threads=threads, cluster=cluster)
 
 
 def run_sweep(
@@ -60,7 +53,6 @@ def run_sweep(
     *,
     threads: int | None = None,
     cluster: str | None = None,
-    progress: Progress = lambda done, points: None,
 ) -> dict[str, Any]:
     """Compute every chunk that is not written yet, write the result and return its summary.
 
@@ -78,7 +70,7 @@ def run_sweep(
     row = sweep.check_run()
     check_room(sweep, out, row)
     with open_store(out, sweep, row) as store:
-        _compute(store, threads, cluster, progress)
+        _compute(store, threads, cluster)
         summary = store.summary()
         store.finish(out)
     return summary
@@ -99,10 +91,9 @@ def check_room(sweep: Sweep, out: Path, row: Columns) -> None:
         )
 
 
-def _compute(store: Store, threads: int | None, cluster: str | None, progress: Progress) -> None:
+def _compute(store: Store, threads: int | None, cluster: str | None) -> None:
     sweep, missing, points = store.sweep, store.missing(), store.sweep.space.points
     done = points - sum(sweep.stop(s) - s for s in missing)
-    progress(done, points)
     if not missing:
         return
     chunks: Iterator[tuple[int, Columns]]
@@ -113,10 +104,11 @@ def _compute(store: Store, threads: int | None, cluster: str | None, progress: P
 
         chunks = chunks_on_dask(sweep, missing, cluster)
     try:
-        for start, chunk in chunks:
-            store.write(start, chunk)
-            done += sweep.stop(start) - start
-            progress(done, points)
+        with progress(f"sweep {sweep.scenario.where}", points, "points", done) as advance:
+            for start, chunk in chunks:
+                store.write(start, chunk)
+                done += sweep.stop(start) - start
+                advance(sweep.stop(start) - start)
     except (OSError, MemoryError, PainleveError) as error:
         reason = getattr(error, "strerror", None) or str(error) or "no memory"
         raise PainleveError(
@@ -124,32 +116,3 @@ def _compute(store: Store, threads: int | None, cluster: str | None, progress: P
             f"points are written to {store.folder}. Fix: remove the cause and give the same "
             "command again; it resumes there."
         ) from error
-
-
-class Reporter:
-    """Shows points done, their rate and the time left, on one line of a stream; the clock in s."""
-
-    def __init__(self, stream: Any, clock: Callable[[], float] = time.monotonic) -> None:
-        self._stream, self._clock = stream, clock
-        self._begun: tuple[float, int] | None = None
-        self._shown = -float("inf")
-        self._live = bool(getattr(stream, "isatty", lambda: False)())
-
-    def __call__(self, done: int, points: int) -> None:
-        """Show the progress, at most once a second, or every ten where it is not a terminal."""
-        now = self._clock()
-        if self._begun is None:
-            self._begun = (now, done)
-        if done < points and now - self._shown < (1 if self._live else 10):
-            return
-        self._shown = now
-        begun, before = self._begun
-        rate = (done - before) / (now - begun) if now > begun else 0.0
-        text = f"painleve: {done:,} of {points:,} points"
-        if rate > 0:
-            text += f", {rate:,.0f} per second"
-            left = timedelta(seconds=round((points - done) / rate))
-            text += f", {left} left" if left else ""
-        end = "\r" if self._live and done < points else "\n"
-        self._stream.write(text.ljust(78 if self._live else 0) + end)
-        self._stream.flush()
