@@ -48,6 +48,22 @@ def test_sweep_json_has_counts_and_ranges(capsys, file):
     assert force["unit"] == "N" and 0 < force["from"] < force["to"] and force["missing"] == 0
 
 
+def test_sweep_says_how_many_energy_balances_do_not_close(capsys, file, monkeypatch):
+    code, out, _ = run(capsys, "sweep", file, "--out", "small.npz", "--threads", "1")
+    assert code == 0 and "energy balance" not in out
+    with np.load("small.npz") as data:
+        residuals = np.sort(data["energy_residual"].ravel())
+    assert len(residuals) == 36 and 0 < residuals[0] < residuals[-1] < 1e-6
+    # The fifth largest of four chunks, and those above it.
+    limits = "painleve_sym.study.sweeps.store.open_from"
+    monkeypatch.setattr(limits, lambda rtol: residuals[-5] if rtol == 1e-8 else 0.0)
+    code, out, _ = run(capsys, "sweep", file, "--out", "small.npz", "--threads", "1")
+    assert code == 3
+    said = " ".join(out.split())
+    assert "The energy balance of 5 of 36 motions does not close" in said
+    assert f"energy_residual up to {residuals[-1]:.2g}" in said
+
+
 def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, monkeypatch):
     write = Store.write
 

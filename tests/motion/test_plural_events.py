@@ -376,3 +376,17 @@ def test_a_rigid_foot_does_not_jam_where_a_soft_one_separates():
     assert max(run.energy_residual for run in runs) < 1e-9
     first, second = (run.final_state for run in runs)
     assert np.allclose(first, second, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "erk"])
+def test_of_motions_that_rank_alike_the_first_is_taken(engine):
+    """Two of three sliding legs carry the table, in three ways: the first combination is taken.
+
+    Under the policy liftoff each of them has one leg open, and none is preferred.
+    """
+    table = ps.Simulator(
+        ps.model("examples/mechanisms/three-legged-table.toml"), ps.law("rigid"), engine
+    )
+    run = table.run({"x_dot": 1.0}, t_end=1e-3)
+    assert run.mode_names[run.final_mode] == "flight + slip_pos + slip_pos"
+    assert abs(run.final_forces["normal_force_left"]) < 1e-20

@@ -98,6 +98,21 @@ def test_contact_of_a_start_on_the_ground_and_of_a_bounce_are_measured():
     assert contact_durations(rigid.events) == {}
 
 
+def test_of_several_contacts_the_shortest_counts():
+    """A lies on the ground at first, and bounces; B touches down once, and lasts to the end."""
+    touch, part = ps.EventKind("touchdown"), ps.EventKind("separation")
+    course = [(part, "A", 3.0), (touch, "A", 4.0), (touch, "B", 4.5), (part, "A", 4.8)]
+    course += [(part, "B", 7.0), (touch, "A", 8.0), (part, "A", 9.5), (touch, "B", 9.7)]
+    events = [
+        ps.EventRecord(time, kind, "", "", {}, 0.0, 0.0, 0.0, contact=contact)
+        for kind, contact, time in course
+    ]
+    durations = contact_durations(events)
+    assert durations == pytest.approx({"A": 0.8, "B": 2.5})
+    (notice,) = rigidity_notices(durations, [BodyPeriod("rod", "bending", 1.0, False)])
+    assert notice.startswith("The contact A lasts 0.8 s")
+
+
 def test_a_run_says_that_its_rod_is_not_rigid_and_keeps_it_in_a_file(tmp_path):
     motion = ps.simulate("rod", "bilinear-hertz", START, t_end=0.01, material="steel")
     (notice,) = motion.notices

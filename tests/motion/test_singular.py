@@ -10,6 +10,7 @@ import sympy as sp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import StopReason
@@ -93,6 +94,32 @@ def test_slips_near_the_point_jam_or_lift_off(rigid, mu, gap, part):
             assert run.limit.bounded_force == pytest.approx(bounded, rel=1e-8)
         else:
             assert run.stop_reason is StopReason.UNTIL
+
+
+@pytest.mark.parametrize(
+    ("part", "reason", "kind"),
+    [
+        (1.02, StopReason.DYNAMIC_JAM, LimitKind.DYNAMIC_JAM),
+        (0.98, StopReason.SINGULAR, LimitKind.LIFTOFF),
+    ],
+)
+def test_the_bounded_force_parts_jam_and_lift_off(rigid, part, reason, kind):
+    """A is all but 0 at the start, so that the force hardly moves away from F*."""
+    mu = 2.0
+    tan = (3 * mu - math.sqrt(9 * mu**2 - 16)) / 2
+    bounded = 9.8 / tan / ((4 - tan**2) / tan - 2 * tan)
+
+    def A(theta):
+        return 1 + 3 * math.cos(theta) * (math.cos(theta) - mu * math.sin(theta))
+
+    place = math.atan(tan)
+    theta = brentq(lambda angle: A(angle) - 5e-8, place - 1e-3, place)
+    speed = math.sqrt((9.8 - A(theta) * part * bounded) / math.sin(theta))
+    start = {"theta": theta, "theta_dot": speed, "x_A_dot": -30.0}
+    run = rigid.run(start, t_end=0.01, parameters={"mu": mu})
+    assert run.stop_reason is reason
+    assert run.limit.kind is kind
+    assert run.limit.bounded_force == pytest.approx(bounded, rel=1e-6)
 
 
 def test_below_the_threshold_everything_lifts_off(rigid):
