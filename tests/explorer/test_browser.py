@@ -329,7 +329,7 @@ def test_point_on_the_map_follows_the_mouse_and_the_arrow_keys(opened):
     page = opened()
     page.locator("svg.map").scroll_into_view_if_needed()
     box = page.locator("svg.map").bounding_box()
-    middle = (box["x"] + 0.6 * box["width"], box["y"] + 0.4 * box["height"])
+    middle = (box["x"] + 0.6 * box["width"], box["y"] + 0.35 * box["height"])
     point = page.locator("g.point circle").last.bounding_box()
     page.mouse.move(point["x"] + point["width"] / 2, point["y"] + point["height"] / 2)
     page.mouse.down()

@@ -75,9 +75,11 @@ export function windowOf(engine, values, states, times) {
   const { left, right, low, high } = around(points);
   const room = ROOM * Math.max(right - left, high - low) || 1;
   const box = { left: left - room, low: low - room, right: right + room, high: high + room, room };
-  // At least half as high as wide, so that two pictures side by side look alike.
-  const missing = 0.6 * (box.right - box.left) - (box.high - box.low);
-  if (missing > 0) box.high += missing;
+  // Neither flat nor upright, so that pictures of all mechanisms are of a similar size.
+  const [width, height] = [box.right - box.left, box.high - box.low];
+  box.high += Math.max(0, 0.6 * width - height);
+  box.left -= Math.max(0, height - width) / 2;
+  box.right += Math.max(0, height - width) / 2;
   return box;
 }
 
