@@ -26,6 +26,8 @@ from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.energy_balance import open_from
+from painleve_sym.motion.simulator import DEFAULT_RTOL
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
@@ -201,6 +203,7 @@ def explore(
         "presets": presets(description),
         "initial": initial,
         "words": words(),
+        "tolerances": {"rtol": DEFAULT_RTOL, "openFrom": open_from(DEFAULT_RTOL)},
         "docs": docs,
         "version": painleve_sym.__version__,
     }

@@ -18,6 +18,8 @@ from painleve_sym.explorer.first_map import first_map
 from painleve_sym.explorer.prebuilt import STORED, default_law, stored_digest, stored_module
 from painleve_sym.explorer.source import ModuleSource
 from painleve_sym.mechanics.models import MODELS
+from painleve_sym.motion.energy_balance import balance_closes, balance_notice
+from painleve_sym.motion.simulator import DEFAULT_RTOL
 from tests.cli.cli_helpers import run, run_json
 from tests.support.exports import SLEDGE
 
@@ -132,6 +134,19 @@ def test_a_law_with_other_defaults_begins_with_them():
     shown = ps.explore("rod", ps.laws.bilinear_hertz(E=1e13, e_energetic=0.5))
     values = shown.data["initial"]["values"]
     assert shown.prebuilt and (values["E"], values["e_energetic"]) == (1e13, 0.5)
+
+
+def test_the_energy_balance_of_a_page_has_the_rule_and_sentence_of_a_run():
+    tolerances = ps.explore("rod").data["tolerances"]
+    rtol, limit = tolerances["rtol"], tolerances["openFrom"]
+    assert rtol == DEFAULT_RTOL
+    assert balance_closes(0.999 * limit, rtol) and not balance_closes(limit, rtol)
+    text = re.sub(r"`\s*\+\s*`", "", page.web_text("motion.js"))
+    sentence, _, _ = balance_notice(0.013, rtol).partition(" Fix: ")
+    first, _, last = sentence.partition("1.3 %")
+    assert f"{first}${{short(100 * residual, 2)}} %" in text
+    assert last.replace("1e-11", "${rtol}") in text
+    assert balance_notice(float("inf"), rtol) in text
 
 
 def test_few_quantities_stand_first():

@@ -104,7 +104,7 @@ CALLED(${name}_step_time) double ${name}_step_time(int i) {
 }
 
 /* The largest change of the sum of all energies over the ends of the steps, in parts of the largest
- * term, the potential energy counted from the start; nan where the end is not finite. */
+ * term, the potential energy counted from the start; infinite where one is not finite. */
 CALLED(${name}_energy_residual) double ${name}_energy_residual(void) {
   static const int of_output[] = {$energies}, of_state[] = {$dissipations};
   enum { ENERGIES = sizeof of_output / sizeof(int), TERMS = ENERGIES + sizeof of_state / sizeof(int) };
@@ -123,7 +123,7 @@ CALLED(${name}_energy_residual) double ${name}_energy_residual(void) {
       total += term;
     }
     if (!i) start = total;
-    if (!isfinite(total)) return NAN;
+    if (!isfinite(total)) return HUGE_VAL;
     change = fmax(change, fabs(total - start));
   }
   for (int k = 0; k < TERMS; k++) {

@@ -14,8 +14,9 @@ const SAMPLES = 500;
 const FRAMES = 24;
 /** Events with a line of their own among the forces, and those with a number. */
 const [LINES, NUMBERED] = [60, 12];
-/** Times the relative tolerance that the energy may change before a notice says so. */
-const ENERGY_LIMIT = 1e3;
+
+/** @typedef {{rtol: number, openFrom: number}} Tolerances of the motions, and the residual from which
+ *   on an energy balance does not close */
 
 /** @type {Object<string, string>} */
 const MODES = {
@@ -40,9 +41,9 @@ const kindOf = ({ motion: { names } }) => (names.rigid.length ? "rigid" : "compl
 
 /**
  * What to know of a run that did not simply end: sentences of faults, and of what is ordinary.
- * @param {Run} run @param {number} rtol
+ * @param {Run} run @param {Tolerances} tolerances
  */
-export function remarks(run, rtol) {
+export function remarks(run, { rtol, openFrom }) {
   const [kind, { end, fault, motion }] = [kindOf(run), run];
   /** @type {{faults: string[], notes: string[]}} */
   const said = { faults: [], notes: [] };
@@ -65,11 +66,11 @@ export function remarks(run, rtol) {
     said.notes.push(`${kind}: ${count} ${short(gains.reduce((a, b) => a + b), 3)} J by the reload rule ` +
       `${motion.names.choices.reload}, which is thermodynamically inadmissible.`);
   }
-  if (residual <= ENERGY_LIMIT * rtol) {
-    said.notes.push(`${kind}: the energy balance closes to ${short(residual, 2)}.`);
-  } else {
-    said.faults.push(`${kind}: the energy balance is off by ${short(100 * residual, 2)} %: ` +
-      "forces and states hold, works do not.");
+  if (residual < openFrom) said.notes.push(`${kind}: the energy balance closes to ${short(residual, 2)}.`);
+  else if (!Number.isFinite(residual)) said.faults.push(`${kind}: The energies are not finite.`);
+  else {
+    said.faults.push(`${kind}: The energy balance is off by ${short(100 * residual, 2)} % of its largest ` +
+      `term, more than rtol ${rtol} explains: works and energies are not exact, and states may not be.`);
   }
   return said;
 }
@@ -77,13 +78,13 @@ export function remarks(run, rtol) {
 export class MotionView {
   /**
    * @param {import("./engine.js").Engine} engine
-   * @param {(change: any) => void} change @param {Term} term @param {number} rtol
+   * @param {(change: any) => void} change @param {Term} term @param {Tolerances} tolerances
    */
-  constructor(engine, change, term, rtol) {
+  constructor(engine, change, term, tolerances) {
     this.engine = engine;
     this.change = change;
     this.term = term;
-    this.rtol = rtol;
+    this.tolerances = tolerances;
     this.playing = false;
     // Set by the first update.
     this.clock = /** @type {Clock} */ (/** @type {unknown} */ (null));
@@ -144,7 +145,7 @@ export class MotionView {
   }
 
   #say() {
-    const all = this.runs.map((run) => remarks(run, this.rtol));
+    const all = this.runs.map((run) => remarks(run, this.tolerances));
     const { scene } = this.engine.description;
     const notes = all.flatMap((r) => r.notes);
     if (this.bent > 1) notes.unshift(`Deflections are drawn ${short(this.bent)} times as large.`);

@@ -11,9 +11,9 @@ import { defaults, fromText, toText } from "./settings.js";
 /** @typedef {import("./settings.js").Settings} Settings */
 /** @typedef {{description: import("./engine.js").Description, module: string,
  *   presets: import("./controls.js").Preset[], initial: Partial<Settings>,
- *   words: Object<string, string>, docs: string | null, version: string}} PageData */
+ *   words: Object<string, string>, tolerances: import("./motion.js").Tolerances,
+ *   docs: string | null, version: string}} PageData */
 
-const RTOL = 1e-11;
 /** Choices of laws that the glossary explains by their names. */
 const LAW_WORDS = ["reload", "policy"];
 /** Of a motion that follows every move of a slider: some tenths of a second of work. */
@@ -56,7 +56,7 @@ export class Explorer {
     const change = this.change.bind(this);
     this.problem = new ProblemView(engine, this.term);
     this.map = new MapView(engine, change, root, this.term);
-    this.motion = new MotionView(engine, change, this.term, RTOL);
+    this.motion = new MotionView(engine, change, this.term, data.tolerances);
     this.events = new EventView(engine, this.term);
     this.controls = new Controls(engine, data.presets, this.first, change, this.#buttons());
     this.law = html("p", { class: "law" });
@@ -97,7 +97,7 @@ export class Explorer {
         html("details", {}, html("summary", {}, "Words of this page"), html("dl", {}, words)),
         mechanism.source ? html("p", {}, `Source: ${mechanism.source}.`) : null,
         html("p", {}, `Computed here by code that painleve-sym ${data.version} generated: SI units, ` +
-          `relative tolerance ${RTOL}. `, this.#more("explorer")))];
+          `relative tolerance ${data.tolerances.rtol}. `, this.#more("explorer")))];
   }
 
   /**
@@ -174,7 +174,7 @@ export class Explorer {
     const { settings, engine } = this;
     this.controls.update(settings);
     const problem = engine.problem(settings.values, settings.contact);
-    const options = { end: settings.end, rtol: RTOL, maxSteps: MAX_STEPS, maxEvents: MAX_EVENTS };
+    const options = { end: settings.end, rtol: this.data.tolerances.rtol, maxSteps: MAX_STEPS, maxEvents: MAX_EVENTS };
     const motions = engine.shown(settings);
     this.law.replaceChildren("Contact law: ", ...motions.flatMap(({ names: { law, choices } }, i) => [
       `${i ? "; beside it " : ""}${law}`,
