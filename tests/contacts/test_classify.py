@@ -1,7 +1,5 @@
 """One classification for every mechanism: one contact, a guide, several, both kinds together."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -17,9 +15,9 @@ from painleve_sym.contacts.contact_numbers import (
 )
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
+from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+from tests.scenes import LADDER, standing_body
 
-LADDER = Path(__file__).parents[2] / "examples" / "mechanisms" / "ladder.toml"
 ONE = {"mechanism", "state", "parameters", "A", "B", "A_stick", "B_stick", "case", "solutions"}
 MANY = {"contacts", "open", "kinds", "slip_velocities", "W", "b", "promise", "case", "solutions"}
 GUIDE = {"bilateral", "slip", "A_push", "A_pull", "B", "A_stick", "B_stick", "excess"}
@@ -118,41 +116,12 @@ def test_numbers_of_all_contacts_are_those_of_each_and_their_coupling():
 
 # ---- three contacts, and both kinds together ----
 
-TABLE = """
-name = "table"
-gravity = "g"
-[coordinates]
-x = { unit = "m", meaning = "place of the centre" }
-y = { unit = "m", meaning = "height of the feet below it" }
-theta = { unit = "rad", meaning = "angle" }
-[parameters]
-m = { default = 2.0, unit = "kg", meaning = "mass", positive = true }
-J = { default = 0.5, unit = "kg m^2", meaning = "moment of inertia", positive = true }
-a = { default = 0.5, unit = "m", meaning = "half width", positive = true }
-h = { default = 0.4, unit = "m", meaning = "height of the centre above the feet", positive = true }
-g = { default = 9.8, unit = "m/s^2", meaning = "gravity", lower = 0 }
-mu = { default = 0.3, unit = "1", meaning = "friction coefficient" }
-[[bodies]]
-mass = "m"
-inertia = "J"
-angle = "theta"
-centre = ["x", "y + h"]
-"""
-
 
 def table(places=(-1, 0, 1), held=()):
     """Return a table on feet at `places` times a of its middle, those at `held` in guides."""
-    feet = (
-        f"""
-[[contacts]]
-name = "foot{i}"
-point = ["x + h*sin(theta) + {p}*a*cos(theta)", "y + h - h*cos(theta) + {p}*a*sin(theta)"]
-friction = "mu"
-{"bilateral = true" if p in held else ""}
-"""
-        for i, p in enumerate(places)
-    )
-    return mechanism_from_text(TABLE + "".join(feet))
+    feet = {f"foot{i}": (f"{p}*a", "-h") for i, p in enumerate(places)}
+    held = {f"foot{i}": "bilateral = true" for i, p in enumerate(places) if p in held}
+    return standing_body(feet, contacts=held, J=0.5, a=0.5, h=0.4)
 
 
 def test_three_feet_that_slide_carry_the_weight_in_many_ways():

@@ -1,15 +1,11 @@
 """A block on two compliant feet against an independent integration with SciPy."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 
-from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import StopReason
-from painleve_sym.laws.catalogue import law
-from painleve_sym.motion.simulator import Simulator
 from tests.oracles.feet_scipy import Block, Law
+from tests.scenes import FEET, simulator
 
 # K_e of the laws' formula, both bodies of one material: (4/3) E/(2 (1 - nu^2)) sqrt(R).
 _PER_MODULUS = 4 / 3 / (2 * (1 - 0.3**2)) * np.sqrt(0.00645)
@@ -27,30 +23,24 @@ STARTS = {
 }
 
 
-@cache
-def _simulator(names, engine):
-    laws = [law(LAWS[n][0]) for n in names]
-    own = dict(zip("AB", laws, strict=True)) if len(laws) > 1 else laws[0]
-    return Simulator(model("block-two-feet"), own, engine)
-
-
-def _both(names, start, t_end, own, engine):
+def _both(names, start, t_end, own):
     """Return the run, the oracle's events and its end state."""
     tags = ("",) if len(names) == 1 else ("_A", "_B")
     given = {f"{k}{t}": v for n, t in zip(names, tags, strict=True) for k, v in LAWS[n][1].items()}
     laws = tuple(LAWS[n][2] for n in names) * (2 // len(names))
     block = Block(laws, mu=(own.get("mu_A", 0.4), own.get("mu_B", 0.6)))
     events, end = block.run(block.start(**start), t_end)
-    run = _simulator(names, engine).run(start, parameters=given | own, t_end=t_end)
+    laws = [LAWS[n][0] for n in names]
+    text = ",".join(map("=".join, zip("AB", laws, strict=True))) if len(laws) > 1 else laws[0]
+    run = simulator(FEET, text).run(start, parameters=given | own, t_end=t_end)
     return run, events, block.foot_A(end)
 
 
-@pytest.mark.parametrize("engine", ["compiled", "taylor"])
 @pytest.mark.parametrize("names", [("hertz",), ("linear",), ("bilinear",), ("linear", "bilinear")])
 @pytest.mark.parametrize("start", STARTS)
-def test_two_feet_follow_the_independent_integration(names, start, engine):
+def test_two_feet_follow_the_independent_integration(names, start):
     state, t_end, own = STARTS[start]
-    run, events, end = _both(names, state, t_end, own, engine)
+    run, events, end = _both(names, state, t_end, own)
     assert run.stop_reason is StopReason.T_END
     assert [(str(e.kind), e.contact) for e in run.events] == [(e.kind, e.foot) for e in events]
     assert len(events) >= 6
@@ -62,8 +52,6 @@ def test_two_feet_follow_the_independent_integration(names, start, engine):
 
 
 FRICTIONS = {
-    "static": ("static", "static"),
-    "stribeck": ("stribeck", "stribeck"),
     "mixed": ("static", "stribeck"),
     "one foot": ("coulomb", "static"),
 }
@@ -74,14 +62,13 @@ STICK_SLIP = {
 }
 
 
-@pytest.mark.parametrize("engine", ["compiled", "taylor"])
 @pytest.mark.parametrize("start", STICK_SLIP)
 @pytest.mark.parametrize("frictions", FRICTIONS)
-def test_feet_with_static_friction_follow_the_independent_integration(frictions, start, engine):
+def test_feet_with_static_friction_follow_the_independent_integration(frictions, start):
     ratio, width = 1.6, 0.02
     state, t_end, own = STICK_SLIP[start]
     kinds = dict(zip("AB", FRICTIONS[frictions], strict=True))
-    simulator = _with_frictions(FRICTIONS[frictions], engine)
+    laws = ",".join(f"{c}=linear/{kind}" for c, kind in kinds.items())
     given = {f"{n}_{c}": v for n, v in LAWS["linear"][1].items() for c in "AB"}
     given |= {f"static_ratio_{c}": ratio for c, k in kinds.items() if k != "coulomb"}
     given |= {f"stribeck_velocity_{c}": width for c, k in kinds.items() if k == "stribeck"}
@@ -93,7 +80,7 @@ def test_feet_with_static_friction_follow_the_independent_integration(frictions,
         stribeck=tuple(width if k == "stribeck" else 0.0 for k in kinds.values()),
     )
     events, end = block.run(block.start(**state), t_end)
-    run = simulator.run(state, parameters=given | own, t_end=t_end)
+    run = simulator(FEET, laws).run(state, parameters=given | own, t_end=t_end)
     assert run.stop_reason is StopReason.T_END
     assert [(str(e.kind), e.contact) for e in run.events] == [(e.kind, e.foot) for e in events]
     times = np.array([[e.time, o.time] for e, o in zip(run.events, events, strict=True)])
@@ -104,19 +91,12 @@ def test_feet_with_static_friction_follow_the_independent_integration(frictions,
     assert run.energy_residual < 1e-9
 
 
-@cache
-def _with_frictions(frictions, engine):
-    laws = {c: law("linear", friction=f) for c, f in zip("AB", frictions, strict=True)}
-    return Simulator(model("block-two-feet"), laws, engine)
-
-
-@pytest.mark.parametrize("engine", ["compiled", "taylor"])
 @pytest.mark.parametrize("name", ["hertz", "linear", "bilinear"])
-def test_feet_that_come_to_rest_together_share_their_friction(name, engine):
+def test_feet_that_come_to_rest_together_share_their_friction(name):
     # No height and equal friction: theta stays 0, the mobility of both sticking feet is singular.
     state, own = {"y_A": 1e-3, "x_A_dot": -0.05}, {"h": 0.0, "mu_A": 0.4, "mu_B": 0.4}
     given = LAWS[name][1] | own
-    run = _simulator((name,), engine).run(state, parameters=given, t_end=0.1)
+    run = simulator(FEET, LAWS[name][0]).run(state, parameters=given, t_end=0.1)
     assert run.stop_reason is StopReason.T_END
     block = Block((LAWS[name][2],) * 2, h=0.0, mu=(0.4, 0.4))
     _, end = block.run(block.start(**state), 0.1)
@@ -125,12 +105,11 @@ def test_feet_that_come_to_rest_together_share_their_friction(name, engine):
         assert final[key] == pytest.approx(value, rel=1e-8, abs=2e-9), key
 
 
-@pytest.mark.parametrize("engine", ["compiled", "taylor"])
 @pytest.mark.parametrize("name", ["hertz", "bilinear"])
-def test_a_level_drop_at_rest_bounces_like_one_mass_on_two_springs(name, engine):
+def test_a_level_drop_at_rest_bounces_like_one_mass_on_two_springs(name):
     # Nothing pushes along the ground; forces die out together with what friction can bear.
     given = LAWS[name][1] | {"beta": 0.0}
-    run = _simulator((name,), engine).run({"y_A": 1e-3}, parameters=given, t_end=0.05)
+    run = simulator(FEET, LAWS[name][0]).run({"y_A": 1e-3}, parameters=given, t_end=0.05)
     assert run.stop_reason is StopReason.T_END
     final = dict(zip(run.state_names, run.final_state, strict=True))
     assert abs(final["theta"]) < 1e-12

@@ -1,4 +1,6 @@
-"""Two engines, one motion: Taylor series against Runge–Kutta on every named mechanism.
+"""One motion in every engine: kinds of contacts and laws, and every named mechanism.
+
+Tests elsewhere leave the engine open: here the others follow the same motions.
 
 How far apart they may be follows from the tolerance: by no more than the tolerance itself, in
 the scales that it is measured in, and what a hundred times looser one changes in both, which tells
@@ -18,8 +20,47 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import ONE_CONTACT, SOFTENED, derived
+from tests.scenes import FEET, LADDER, TABLE
+from tests.scenes import simulator as scene
 
 ENGINES = ("compiled", "taylor")
+ROD = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+TILTED = {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}
+SOFT = {"k": 1e5, "c": 40.0}
+SCENES = {
+    "static friction": ("rod", "hertz/static", ROD, {}, 0.006),
+    "Stribeck friction": ("rod", "hertz/stribeck", ROD, {}, 0.006),
+    "spring": ("rod", "linear/spring", ROD, {"tangential_stiffness": 1e6}, 0.006),
+    "spring that reloads": ("rod", "bilinear-hertz/spring", ROD, {}, 0.006),
+    "rigid feet": (FEET, "rigid", {"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3}, {}, 0.4),
+    "soft feet": (FEET, "linear", TILTED, SOFT, 0.1),
+    "feet that yield": (FEET, "bilinear-hertz", TILTED, {"E": 3e7}, 0.1),
+    "rigid and soft foot": (FEET, "A=rigid,B=hertz", TILTED, {"E_B": 1e7}, 0.2),
+    "sprung feet": (FEET, "bilinear-hertz/spring", TILTED, {"E": 3e7}, 0.1),
+    "ladder on springs": (
+        LADDER,
+        "linear",
+        {"x": 1.02, "y": 0.003, "theta": np.pi / 3, "theta_dot": 0.2},
+        {"k": 1e5, "c": 10.0},
+        0.2,
+    ),
+    "ladder that slides": (
+        LADDER,
+        "rigid",
+        {"theta": 0.9, "x": 1.32, "theta_dot": -0.1, "x_dot": -0.9},
+        {"e_energetic": 0.5},
+        0.45,
+    ),
+    "three soft legs": (
+        TABLE,
+        "linear",
+        {"y": 0.012, "theta": 0.011, "x_dot": 0.3, "theta_dot": -0.4},
+        {"k": 1e5, "c": 30.0, "mu_left": 0.3, "mu_middle": 0.5, "mu_right": 0.6},
+        0.1,
+    ),
+    "guide": ("painleve-klein", "rigid", {"phi": 1.2, "x_dot": 1.0}, {}, 0.3),
+}
+"""Mechanism, laws, start, parameters and end in s."""
 RTOL, LOOSE_RTOL = 1e-11, 1e-9
 LONGEST = {"bilinear-hertz": 0.01, "rigid": 0.2}
 ONE_ANGLE = ("strut", "pr-robot")
@@ -92,6 +133,27 @@ def assert_engines_agree(name, kind, start):
     changes = sum(distance(close[e], rough[e], scale) for e in ENGINES)
     # Each engine is off by what a looser tolerance changes, and by its own.
     assert distance(a, b, scale) <= changes + len(ENGINES) * RTOL
+
+
+@pytest.mark.parametrize(
+    ("name", "engine"),
+    [
+        *((name, "compiled") for name in SCENES),
+        *((n, "erk") for n in ("static friction", "soft feet", "ladder that slides", "guide")),
+    ],
+)
+def test_engines_follow_one_motion(name, engine):
+    mechanism, laws, start, parameters, t_end = SCENES[name]
+    own, other = (
+        scene(mechanism, laws, e).run(start, parameters=parameters, t_end=t_end, rtol=1e-10)
+        for e in ("auto", engine)
+    )
+    assert (own.engine, other.engine) == ("taylor", engine)
+    assert other.stop_reason is own.stop_reason
+    assert sequence(other) == sequence(own)
+    assert max(own.energy_residual, other.energy_residual) < 1e-8
+    scale = scene(mechanism, laws).start(start, parameters).scale
+    assert distance(own, other, np.where(np.isinf(scale), 1.0, scale)) < 1e-7
 
 
 @pytest.mark.parametrize("kind", LONGEST)

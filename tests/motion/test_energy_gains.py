@@ -21,7 +21,6 @@ BLOCK |= {"mu_A": 0.9309, "mu_B": 0.9309}
 FALL = {"x_A_dot": -1.42637, "y_A_dot": -0.8336, "theta_dot": -1.2298}
 # The tip of the rod ends sticking, and gets all of its approach back by Newton's law.
 ROD = {"theta": 0.9094735427250726, "y_A_dot": -1.0, "x_A_dot": 0.674, "theta_dot": 0.665}
-ENGINES = ["taylor", "compiled", "erk"]
 
 
 def options(values: dict[str, float]) -> str:
@@ -35,15 +34,14 @@ def kinetic_energy(mechanism: ps.Mechanism, state: dict[str, float], values: dic
     return float(expr.subs(at | {p.symbol: values[p.name] for p in system.parameters}))
 
 
-def block_falls(law: str, engine: str = "auto", **more: object) -> ps.Trajectory:
+def block_falls(law: str, **more: object) -> ps.Trajectory:
     rigid = ps.laws.rigid(restitution=law, e=0.9813)
-    simulator = ps.Simulator(ps.model("block-two-feet"), rigid, engine)
+    simulator = ps.Simulator(ps.model("block-two-feet"), rigid)
     return simulator.run(FALL, parameters=BLOCK, t_end=1e-6, **more)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_impact_of_two_feet_by_newtons_law_says_what_it_adds(engine):
-    run = block_falls("newton", engine)
+def test_impact_of_two_feet_by_newtons_law_says_what_it_adds():
+    run = block_falls("newton")
     (gain,) = run.energy_gains
     block = ps.model("block-two-feet")
     states = [dict.fromkeys(block.state_names, 0.0) | FALL, run.events[0].state]
@@ -66,9 +64,8 @@ def test_same_impact_by_the_laws_of_a_path_loses_energy(law):
     assert run.energy_gains == run.notices == ()
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_impact_of_one_contact_has_one_notice_for_all_its_phases(engine):
-    simulator = ps.Simulator(ps.model("rod"), ps.laws.rigid(restitution="newton", e=0.9), engine)
+def test_impact_of_one_contact_has_one_notice_for_all_its_phases():
+    simulator = ps.Simulator(ps.model("rod"), ps.laws.rigid(restitution="newton", e=0.9))
     run = simulator.run(ROD, parameters={"mu": 0.827}, t_end=1e-3)
     jump = ps.evaluate_jump("rod", "newton", ROD, parameters={"mu": 0.827, "e_newton": 0.9})
     (gain,) = run.energy_gains

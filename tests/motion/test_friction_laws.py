@@ -23,39 +23,21 @@ from painleve_sym.study.scenario import Scenario
 from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.sweep import Sweep
 from tests.motion.comparisons import assert_same_motion, total_energy
+from tests.scenes import FEET, parameter, point_mass
+from tests.scenes import simulator as scene
 from tests.support.exports import built_by_compiler
 
-BELT = """
-name = "block-on-belt"
-title = "block on a belt, held by a level spring"
-source = "a test"
-gravity = "g"
-
-[coordinates]
-x = { unit = "m", meaning = "position along the belt" }
-y = { unit = "m", meaning = "height" }
-
-[parameters]
-m = { default = 2.0, unit = "kg", meaning = "mass", positive = true }
-k_s = { default = 300.0, unit = "N/m", meaning = "stiffness of the spring", lower = 0 }
-u = { default = 0.1, unit = "m/s", meaning = "speed of the belt" }
-g = { default = 9.8, unit = "m/s^2", meaning = "gravity", lower = 0 }
-mu = { default = 0.4, unit = "1", meaning = "friction coefficient" }
-
-[[bodies]]
-mass = "m"
-centre = ["x", "y"]
-
+SPRING = """
 [[springs]]
 extension = "x"
 stiffness = "k_s"
-
-[[contacts]]
-name = "belt"
-point = ["x", "y"]
-surface_speed = "u"
-friction = "mu"
 """
+BELT = point_mass(
+    contact='surface_speed = "u"',
+    parameters=parameter("k_s", 300.0, "N/m", "stiffness of the spring", "lower = 0")
+    + parameter("u", 0.1, "m/s", "speed of the belt"),
+    more=SPRING,
+)
 M, K_S, U, G, MU = 2.0, 300.0, 0.1, 9.8, 0.4
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 
@@ -77,9 +59,8 @@ def belt():
     return run
 
 
-@functools.cache
-def rod_simulator(friction, engine="auto"):
-    return ps.Simulator(ps.model("rod"), ps.law("hertz", friction=friction), engine)
+def rod_simulator(friction):
+    return scene("rod", f"hertz/{friction}")
 
 
 # ---- Coulomb is the limit ----
@@ -177,24 +158,6 @@ def test_energy_balance_closes_and_the_mirror_image_mirrors(parameters, friction
 
 
 @pytest.mark.parametrize("friction", ["static", "stribeck"])
-def test_engines_agree(friction):
-    runs = [rod_simulator(friction, e).run(TABLE_3, t_end=0.006) for e in ("auto", "compiled")]
-    assert [e.kind for e in runs[0].events] == [e.kind for e in runs[1].events]
-    for name in ("theta_dot", "y_A_dot", "x_A_dot"):
-        assert runs[0].final[name] == pytest.approx(runs[1].final[name], rel=1e-7, abs=1e-9)
-
-
-@pytest.mark.parametrize("friction", ["static", "stribeck"])
-def test_without_a_compiler_the_motion_is_the_same(friction):
-    start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -0.3}
-    runs = [rod_simulator(friction, e).run(start, t_end=0.006, rtol=1e-9) for e in ("auto", "erk")]
-    assert [e.kind for e in runs[0].events] == [e.kind for e in runs[1].events]
-    assert "slip_stop" in [e.kind for e in runs[0].events]
-    for name in ("theta_dot", "y_A_dot", "x_A_dot"):
-        assert runs[1].final[name] == pytest.approx(runs[0].final[name], rel=1e-6, abs=1e-8)
-
-
-@pytest.mark.parametrize("friction", ["static", "stribeck"])
 def test_rows_of_a_batch_are_the_runs(friction):
     simulator, ratios = rod_simulator(friction), np.linspace(1.0, 2.0, 11)
     batch = run_batch(simulator, TABLE_3, {"static_ratio": ratios}, t_end=0.006)
@@ -204,8 +167,7 @@ def test_rows_of_a_batch_are_the_runs(friction):
             assert batch[name][i] == run.final[name]
 
 
-@pytest.mark.parametrize("friction", ["static", "stribeck"])
-@pytest.mark.parametrize("mechanism", ["rod", "block-two-feet"])
+@pytest.mark.parametrize(("mechanism", "friction"), [("rod", "static"), (FEET, "stribeck")])
 def test_exported_c_gives_the_bits_of_the_run(mechanism, friction, tmp_path):
     """Also of several contacts; the friction law is part of the export's own scenario."""
     start = TABLE_3 if mechanism == "rod" else {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}

@@ -184,27 +184,21 @@ class Oracle:
         return events, y
 
 
-PAIRS = [
-    ("static", "static"),
-    ("stribeck", "stribeck"),
-    ("static", "coulomb"),
-    ("stribeck", "static"),
-]
+PAIRS = [("static", "coulomb"), ("stribeck", "static")]
 
 
-@pytest.mark.parametrize("engine", ["taylor", "compiled"])
 @pytest.mark.parametrize("pair", PAIRS)
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     ratio=st.floats(1.1, 2.0),
     width=st.floats(0.02, 0.3),
     x=st.tuples(st.integers(-100, 100), st.integers(-100, 100)),
 )
-def test_stick_slip_of_two_blocks_equals_scipy(simulator, pair, engine, ratio, width, x):
+def test_stick_slip_of_two_blocks_equals_scipy(simulator, pair, ratio, width, x):
     """Each sticks until μ_s m g, slips with μ r(v_t) m g, and sticks again where v_t = 0."""
     x = 1e-4 * x[0], 1e-4 * x[1]
     events, end = Oracle(pair, ratio, width).run(x, (U, U), T_END)
-    run = simulator(*pair, engine).run(
+    run = simulator(*pair).run(
         at_rest_on_belt(x_1=x[0], x_2=x[1]),
         t_end=T_END,
         parameters=own_parameters(*pair, ratio, width),
@@ -221,11 +215,10 @@ def test_stick_slip_of_two_blocks_equals_scipy(simulator, pair, engine, ratio, w
 START = at_rest_on_belt(x_1=0.004, x_2=-0.003)
 
 
-@pytest.mark.parametrize("friction", ["static", "stribeck"])
-def test_equal_static_and_kinetic_friction_is_coulomb(simulator, friction):
+def test_equal_static_and_kinetic_friction_is_coulomb(simulator):
     plain, other = (
-        simulator(f, f).run(START, t_end=T_END, parameters=own_parameters(f, f, 1.0, 0.1))
-        for f in ("coulomb", friction)
+        simulator(*f).run(START, t_end=T_END, parameters=own_parameters(*f, 1.0, 0.1))
+        for f in (("coulomb", "coulomb"), ("stribeck", "static"))
     )
     assert_same_motion(other, plain, times=1e-12, values=1e-10)
     assert {"slip_start", "slip_stop"} <= {e.kind for e in plain.events}
@@ -288,7 +281,7 @@ def test_without_a_compiler_the_motion_is_the_same(simulator):
 
 
 def test_rows_of_a_batch_are_the_runs(simulator):
-    pair, ratios = ("static", "stribeck"), np.linspace(1.0, 1.8, 11)
+    pair, ratios = ("static", "coulomb"), np.linspace(1.0, 1.8, 11)
     p = own_parameters(*pair, 1.4, 0.05)
     batch = run_batch(
         simulator(*pair), START, p | {"static_ratio_left": ratios}, t_end=T_END, events=2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 
@@ -20,40 +19,16 @@ from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from tests.motion.comparisons import total_energy
+from tests.scenes import point_mass, simulator
 
-BLOCK = """
-name = "block"
-title = "block on level ground"
-source = "a test"
-gravity = "g"
-
-[coordinates]
-x = { unit = "m", meaning = "position" }
-y = { unit = "m", meaning = "height" }
-
-[parameters]
-m = { default = 2.0, unit = "kg", meaning = "mass", positive = true }
-g = { default = 9.8, unit = "m/s^2", meaning = "gravity", lower = 0 }
-mu = { default = 0.4, unit = "1", meaning = "friction coefficient" }
-
-[[bodies]]
-mass = "m"
-centre = ["x", "y"]
-
-[[contacts]]
-name = "ground"
-point = ["x", "y"]
-friction = "mu"
-"""
 M, G, MU = 2.0, 9.8, 0.4
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-LAWS = ("linear", "hertz", "hunt-crossley", "bilinear-hertz")
+LAWS = ("linear", "hertz", "bilinear-hertz")
 K_T = "tangential_stiffness"
 
 
-@functools.cache
-def rod(law="linear", friction="spring", engine="auto"):
-    return ps.Simulator(ps.model("rod"), ps.law(law, friction=friction), engine)
+def rod(law="linear", friction="spring"):
+    return simulator("rod", f"{law}/{friction}")
 
 
 def kinds(run):
@@ -64,10 +39,10 @@ def kinds(run):
 
 
 def test_block_that_stops_swings_about_its_mean_with_the_force_of_slip():
-    simulator = ps.Simulator(mechanism_from_text(BLOCK), ps.law("linear", friction="spring"))
+    block = ps.Simulator(mechanism_from_text(point_mass()), ps.law("linear", friction="spring"))
     speed, k_t = 1.0, 1e6
     parameters = {K_T: k_t}
-    run = simulator.run(
+    run = block.run(
         {"x_dot": speed}, t_end=0.26, initial_force=M * G, parameters=parameters, rtol=1e-12
     )
     # A constant load stops the slip where v = 0, as without a spring; the spring is still loaded.
@@ -335,19 +310,6 @@ def test_energy_balance_closes_and_the_mirror_image_mirrors(law, mu, log_k_t, sl
     assert kinds(run) == kinds(mirror)
     assert mirror.final["y_A_dot"] == pytest.approx(run.final["y_A_dot"], rel=1e-6, abs=1e-8)
     assert mirror.final["x_A_dot"] == pytest.approx(-run.final["x_A_dot"], rel=1e-6, abs=1e-8)
-
-
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("k_t", [1e6, 1e8])
-def test_engines_agree(law, k_t):
-    runs = [
-        rod(law, engine=e).run(TABLE_3, t_end=0.006, parameters={K_T: k_t})
-        for e in ("auto", "compiled", "erk")
-    ]
-    for run in runs[1:]:
-        assert kinds(run) == kinds(runs[0])
-        for name in VELOCITIES:
-            assert run.final[name] == pytest.approx(runs[0].final[name], rel=1e-9, abs=1e-9)
 
 
 def test_batch_is_its_single_runs_bit_for_bit():

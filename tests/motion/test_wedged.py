@@ -3,67 +3,40 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
+from tests.scenes import LADDER, TABLE, parameter, simulator, standing_body
 
-MECHANISMS = Path(__file__).parents[2] / "examples/mechanisms"
-LADDER, LEGS = MECHANISMS / "ladder.toml", MECHANISMS / "three-legged-table.toml"
-BOX = """
-gravity = "g"
-[coordinates]
-x = { unit = "m", meaning = "place" }
-y = { unit = "m", meaning = "height" }
-theta = { unit = "rad", meaning = "tilt" }
-[parameters]
-m = { default = 2.0, unit = "kg", meaning = "mass", positive = true }
-J = { default = 0.3, unit = "kg m^2", meaning = "inertia", positive = true }
-a = { default = 0.4, unit = "m", meaning = "half width", positive = true }
-h = { default = 0.3, unit = "m", meaning = "height of the centre" }
-g = { default = 9.8, unit = "m/s^2", meaning = "gravity", lower = 0 }
-P = { default = 12.0, unit = "N", meaning = "push towards the wall" }
-Q = { default = 0.0, unit = "N/s", meaning = "growth of the push" }
-mu = { default = 0.3, unit = "1", meaning = "friction coefficient" }
-[[bodies]]
-mass = "m"
-inertia = "J"
-angle = "theta"
-centre = ["x", "y + h"]
+PUSH = """
 [[loads]]
 point = ["x", "y + h"]
 force = ["P + Q*t", "0"]
-[[contacts]]
-name = "left"
-point = ["x - a*cos(theta) + h*sin(theta)", "y + h - a*sin(theta) - h*cos(theta)"]
-friction = "mu"
-[[contacts]]
-name = "right"
-point = ["x + a*cos(theta) + h*sin(theta)", "y + h + a*sin(theta) - h*cos(theta)"]
-friction = "mu"
-[[contacts]]
-name = "wall"
-point = ["x + a*cos(theta) + 0.1*h*sin(theta)", "y + h + a*sin(theta) - 0.1*h*cos(theta)"]
-through = ["a", "0"]
-slope = "pi/2"
-friction = "mu"
 """
 
 
 @pytest.fixture(scope="module")
 def ladder() -> Simulator:
-    return Simulator(load_mechanism(LADDER), law("rigid"))
+    return simulator(LADDER)
 
 
 @pytest.fixture(scope="module")
 def box() -> Simulator:
-    return Simulator(mechanism_from_text(BOX, name="box"), law("rigid"))
+    """A box on two feet that is pushed against a wall."""
+    body = standing_body(
+        {"left": ("-a", "-h"), "right": ("a", "-h"), "wall": ("a", "-0.1*h")},
+        contacts={"wall": 'through = ["a", "0"]\nslope = "pi/2"'},
+        parameters=parameter("P", 12.0, "N", "push towards the wall")
+        + parameter("Q", 0.0, "N/s", "growth of the push"),
+        more=PUSH,
+    )
+    return Simulator(body, law("rigid"))
 
 
 def leaning(angle):
@@ -108,9 +81,10 @@ def test_a_ladder_too_flat_slides(ladder):
 
 def test_engines_and_batches_agree_on_a_ladder_at_rest(ladder):
     ends = []
-    for engine in ("taylor", "compiled", "erk"):
-        simulator = Simulator(ladder.mechanism, law("rigid"), engine)
-        run = simulator.run(leaning(1.0), t_end=1.0, parameters=HELD, max_events=100)
+    for engine in ("auto", "compiled", "erk"):
+        run = simulator(LADDER, engine=engine).run(
+            leaning(1.0), t_end=1.0, parameters=HELD, max_events=100
+        )
         assert [e.mode_after for e in run.events] == ["stick + stick"]
         ends.append([force for pair in forces(run).values() for force in pair])
     np.testing.assert_allclose(ends, [ends[0]] * 3, rtol=1e-9)
@@ -149,7 +123,7 @@ def test_a_push_that_grows_is_taken_over_by_the_wall(box):
 
 def test_what_rests_unloaded_bears_load_as_soon_as_the_others_do_not_hold_it():
     """A level table stands on its middle leg; a push that grows like t³ loads an outer one."""
-    text = LEGS.read_text("utf-8")
+    text = TABLE.read_text("utf-8")
     push = '[[loads]]\npoint = ["x", "y + h"]\nforce = ["Q*t**3", "0"]\n\n[[contacts]]'
     text = text.replace("[[contacts]]", push, 1)
     text = text.replace(

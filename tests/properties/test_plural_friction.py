@@ -5,23 +5,14 @@ F' W_tt F / 2 + b_t' F over |F_i| <= mu_i N_i: accelerations exist and are uniqu
 is singular and the forces are not.
 """
 
-from functools import cache
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.laws.catalogue import law
-from painleve_sym.motion.simulator import Simulator
 from tests.oracles.feet_scipy import Block, Foot, Law
-
-
-@cache
-def _simulator(engine):
-    return Simulator(model("block-two-feet"), {"A": law("linear"), "B": law("linear")}, engine)
+from tests.scenes import FEET, simulator
 
 
 def _expected(block, state, N):
@@ -39,7 +30,6 @@ def _expected(block, state, N):
     return W @ least.x + b, least.x, room
 
 
-@pytest.mark.parametrize("engine", ["compiled", "taylor"])
 @settings(max_examples=150, deadline=None)
 @given(
     theta=st.one_of(st.just(0.0), st.floats(1e-3, 0.3), st.floats(-0.3, -1e-3)),
@@ -50,9 +40,9 @@ def _expected(block, state, N):
     height=st.floats(0.0, 0.5),
 )
 def test_accelerations_of_feet_at_rest_solve_the_convex_problem(
-    engine, theta, depth, forces, mu, beta, height
+    theta, depth, forces, mu, beta, height
 ):
-    simulator = _simulator(engine)
+    feet = simulator(FEET, "A=linear,B=linear")
     # Both feet are pressed, each with the stiffness that gives its force.
     y_A = -depth - max(0.0, 0.2 * np.sin(theta))
     depths = np.array([-y_A, -y_A - 0.2 * np.sin(theta)])
@@ -61,18 +51,18 @@ def test_accelerations_of_feet_at_rest_solve_the_convex_problem(
     parameters = {"k_A": stiffness[0], "k_B": stiffness[1], "mu_A": mu[0], "mu_B": mu[1]}
     parameters |= {"beta": beta, "h": height}
     state = {"y_A": y_A, "theta": theta}
-    run = simulator.run(state, parameters=parameters, t_end=1e-9)
+    run = feet.run(state, parameters=parameters, t_end=1e-9)
     start, memory = run.step_rows[0, 0], run.step_memory[0]
-    motion = [m.name for m in simulator.outline.modes].index("motion")
-    rates = simulator.integrator.field(motion, start, memory, run.constants)
-    outputs = simulator.integrator.outputs(
-        np.array([motion]), start[None], memory[None], run.constants
-    )[0]
+    motion = [m.name for m in feet.outline.modes].index("motion")
+    rates = feet.integrator.field(motion, start, memory, run.constants)
+    outputs = feet.integrator.outputs(np.array([motion]), start[None], memory[None], run.constants)[
+        0
+    ]
     at = dict(zip(run.output_names, outputs, strict=True))
     assert [at["normal_force_A"], at["normal_force_B"]] == pytest.approx(forces, rel=1e-9)
-    feet = (Foot("compression"), Foot("compression"))
+    closed = (Foot("compression"), Foot("compression"))
     laws = tuple(Law(k) for k in stiffness)
-    block = Block(laws, h=height, beta=beta, mu=mu, feet=feet)
+    block = Block(laws, h=height, beta=beta, mu=mu, feet=closed)
     slip, friction, room = _expected(block, state, N)
     # Rigid body: the slip accelerations of both feet from those of the coordinates.
     by_name = dict(zip(run.state_names, rates, strict=True))

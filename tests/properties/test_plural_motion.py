@@ -13,10 +13,9 @@ from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
+from tests.scenes import FEET, LADDER, TABLE, simulator
 
-TABLE = "examples/mechanisms/three-legged-table.toml"
-LADDER = "examples/mechanisms/ladder.toml"
-ENGINES = ("compiled", "taylor")
+ENGINES = ("compiled", "auto")
 SOFT = {"k": 1e5, "c": 30.0}
 FRICTION = {"mu_left": 0.3, "mu_middle": 0.5, "mu_right": 0.6}
 LENGTHS = {"x": 1, "y": 1, "theta": 0, "x_dot": 1, "y_dot": 1, "theta_dot": 0}
@@ -41,16 +40,14 @@ starts = st.fixed_dictionaries(
 
 
 @cache
-def _table(engine, name="linear", backwards=False):
-    table = model(TABLE)
-    if backwards:
-        table = replace(table, contacts=table.contacts[::-1])
-    return Simulator(table, law(name), engine)
+def _backwards():
+    """The table with its contacts in another order."""
+    table = model(str(TABLE))
+    return Simulator(replace(table, contacts=table.contacts[::-1]), law("linear"))
 
 
-@cache
-def _ladder(engine):
-    return Simulator(model(LADDER), {"floor": law("hertz"), "wall": law("linear")}, engine)
+def _table(engine="auto"):
+    return simulator(TABLE, "linear", engine)
 
 
 def _end(run):
@@ -58,22 +55,20 @@ def _end(run):
     return {k: run.final_state[list(run.state_names).index(k)] for k in LENGTHS}
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 @settings(max_examples=15, deadline=None)
 @given(start=starts)
-def test_energy_of_a_table_on_three_soft_legs_closes(engine, start):
-    run = _table(engine).run(start, parameters=SOFT | FRICTION, t_end=0.2)
+def test_energy_of_a_table_on_three_soft_legs_closes(start):
+    run = _table().run(start, parameters=SOFT | FRICTION, t_end=0.2)
     assert run.stop_reason is StopReason.T_END
     assert run.energy_residual < 1e-9
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 @settings(max_examples=10, deadline=None)
 @given(drop=st.floats(1e-4, 5e-3), turn=either_way(0.05, 0.3), lean=st.floats(1e-3, 0.05))
-def test_energy_of_a_ladder_between_soft_floor_and_wall_closes(engine, drop, turn, lean):
+def test_energy_of_a_ladder_between_soft_floor_and_wall_closes(drop, turn, lean):
     start = {"x": 1.0 + lean, "y": drop, "theta": np.pi / 3, "theta_dot": turn}
     soft = {"E_floor": 1e7, "k_wall": 1e5, "c_wall": 10.0}
-    run = _ladder(engine).run(start, parameters=soft, t_end=0.2)
+    run = simulator(LADDER, "floor=hertz,wall=linear").run(start, parameters=soft, t_end=0.2)
     assert run.stop_reason is StopReason.T_END
     assert run.energy_residual < 1e-9
 
@@ -109,56 +104,45 @@ def test_level_legs_drop_alike_without_compiled_code():
 
 @settings(max_examples=10, deadline=None)
 @given(start=starts)
-def test_both_engines_follow_one_motion(start):
-    ends = [_end(_table(e).run(start, parameters=SOFT | FRICTION, t_end=0.1)) for e in ENGINES]
-    assert ends[0] == pytest.approx(ends[1], rel=1e-7, abs=1e-8)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@settings(max_examples=10, deadline=None)
-@given(start=starts)
-def test_mirror_image_moves_as_the_mirrored_motion(engine, start):
-    simulator = _table(engine)
+def test_mirror_image_moves_as_the_mirrored_motion(start):
+    table = _table()
     mirrored = {k: v if k == "y" else -v for k, v in start.items()}
     other = FRICTION | {"mu_left": FRICTION["mu_right"], "mu_right": FRICTION["mu_left"]}
-    one = _end(simulator.run(start, parameters=SOFT | FRICTION, t_end=0.1))
-    two = _end(simulator.run(mirrored, parameters=SOFT | other, t_end=0.1))
+    one = _end(table.run(start, parameters=SOFT | FRICTION, t_end=0.1))
+    two = _end(table.run(mirrored, parameters=SOFT | other, t_end=0.1))
     expected = {k: v if k.startswith("y") else -v for k, v in one.items()}
     assert two == pytest.approx(expected, rel=1e-7, abs=1e-8)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 @settings(max_examples=10, deadline=None)
 @given(start=starts)
-def test_order_of_contacts_does_not_matter(engine, start):
+def test_order_of_contacts_does_not_matter(start):
     runs = [
-        _table(engine, backwards=b).run(start, parameters=SOFT | FRICTION, t_end=0.1)
-        for b in (False, True)
+        own.run(start, parameters=SOFT | FRICTION, t_end=0.1) for own in (_table(), _backwards())
     ]
     assert _end(runs[0]) == pytest.approx(_end(runs[1]), rel=1e-7, abs=1e-8)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 @settings(max_examples=15, deadline=None)
 @given(mass=st.floats(-6, 6), length=st.floats(-6, 6), speed=st.floats(-3, 3))
-def test_units_do_not_matter_over_twelve_decades(engine, mass, length, speed):
+def test_units_do_not_matter_over_twelve_decades(mass, length, speed):
     # Gaps and gap rates of a start that are below 1e-12 m and m/s count as 0: no slower units.
     start, time = {"y": 0.012, "theta": 0.011, "x_dot": 0.3, "theta_dot": -0.4}, length - speed
     M, L, T = 10.0**mass, 10.0**length, 10.0**time
-    simulator = _table(engine)
-    plain = simulator.parameters(SOFT | FRICTION)
+    table = _table()
+    plain = table.parameters(SOFT | FRICTION)
     units = {"m": M, "J": M * L**2, "a": L, "h": L, "g": L / T**2, "k": M / T**2, "c": M / T}
     scaled = {k: v * units.get(k, 1.0) for k, v in plain.items()}
     there = {k: v * L ** LENGTHS[k] * T ** TIMES[k] for k, v in start.items()}
-    one = _end(simulator.run(start, parameters=plain, t_end=0.1))
-    two = _end(simulator.run(there, parameters=scaled, t_end=0.1 * T))
+    one = _end(table.run(start, parameters=plain, t_end=0.1))
+    two = _end(table.run(there, parameters=scaled, t_end=0.1 * T))
     back = {k: v / (L ** LENGTHS[k] * T ** TIMES[k]) for k, v in two.items()}
     assert back == pytest.approx(one, rel=1e-7, abs=1e-8)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_batch_is_its_single_runs_with_any_number_of_threads(engine):
-    simulator, count = _table(engine), 70
+    table, count = _table(engine), 70
     rng = np.random.default_rng(3)
     start = {
         "y": rng.uniform(0.0, 0.02, count),  # some of them start compressed
@@ -166,17 +150,16 @@ def test_a_batch_is_its_single_runs_with_any_number_of_threads(engine):
         "x_dot": rng.uniform(-0.5, 0.5, count),
         "theta_dot": rng.uniform(-1, 1, count),
     }
-    batches = [run_batch(simulator, start, SOFT, t_end=0.1, threads=k).rows.state for k in (1, 3)]
+    batches = [run_batch(table, start, SOFT, t_end=0.1, threads=k).rows.state for k in (1, 3)]
     assert np.array_equal(*batches)
     for i in range(count):
         single = {k: float(v[i]) for k, v in start.items()}
-        run = simulator.run(single, parameters=SOFT, t_end=0.1, record="end")
+        run = table.run(single, parameters=SOFT, t_end=0.1, record="end")
         assert np.array_equal(run.final_state, batches[0][i])
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_derivatives_of_a_motion_of_two_feet_are_those_of_runs_beside(engine):
-    feet = Simulator(model("block-two-feet"), law("linear"), engine)
+def test_derivatives_of_a_motion_of_two_feet_are_those_of_runs_beside():
+    feet = simulator(FEET, "linear")
     start, parameters = {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}, {"k": 1e5, "c": 40.0}
     directions = ("theta", "x_A_dot", "mu_A")
     motion = feet.sensitivities(start, directions, parameters=parameters, t_end=0.05)
