@@ -1,8 +1,12 @@
-"""Hypothesis profiles: the same examples in every run, or new ones to find faults."""
+"""Settings of the tests: quick compilation, and the same examples in every run or new ones."""
 
 import os
 
 from hypothesis import settings
+
+# Compiled quickly, since motions of tests are short. An empty value selects the package's own
+# levels, as `make slow` and the benchmarks do.
+os.environ.setdefault("PAINLEVE_OPTIMIZE", "0")
 
 # Deterministic examples: a failure is caused by the change, not by sampling.
 settings.register_profile("repeatable", derandomize=True, print_blob=True)

@@ -29,7 +29,7 @@ from painleve_sym.codegen.cache import (
     temporary_folder,
     work_folder,
 )
-from painleve_sym.errors import CompileError, CompilerMissing
+from painleve_sym.errors import CompileError, CompilerMissing, InputError
 
 # Apple's compiler names its own processors by another flag.
 _APPLE = (sys.platform, platform.machine()) == ("darwin", "arm64")
@@ -47,6 +47,25 @@ FLAGS = (
 Vectors made of statements side by side are off: gcc 12 contracts there against the flag before
 (products with sums and differences in turn become vfmaddsub).
 """
+
+
+def flags() -> tuple[str, ...]:
+    """Return `FLAGS` with the level of optimization that PAINLEVE_OPTIMIZE names, 0 to 3.
+
+    It takes the place of the level of every part: code of a lower one is compiled sooner, runs
+    longer and computes the same numbers.
+
+    Raises
+    ------
+    InputError
+        For any other value.
+    """
+    level = os.environ.get("PAINLEVE_OPTIMIZE", "").strip()
+    if level and level not in tuple("0123"):
+        raise InputError(
+            f"variable PAINLEVE_OPTIMIZE: got {level!r}, need 0, 1, 2 or 3. Fix: unset it."
+        )
+    return (*FLAGS, f"-O{level}") if level else FLAGS
 
 
 _PART = re.compile(r"^#if PS_HAS\((\d+)\)(?: /\* (-O\w[\w= -]*) \*/)?$", re.M)
@@ -67,7 +86,7 @@ class Compiler:
     @property
     def identity(self) -> str:
         """Version, arguments, flags and processor: what makes the machine code with the source."""
-        arguments = " ".join((*self.command[1:], *FLAGS))
+        arguments = " ".join((*self.command[1:], *flags()))
         return "\n".join((self.version, arguments, platform.machine(), _processor()))
 
     def __str__(self) -> str:
@@ -197,7 +216,7 @@ def compiler_mark() -> str | None:
                 marks.append(" ".join((place, *command[1:])))
     except OSError:
         return None
-    return "\n".join((*marks, *FLAGS, platform.machine(), _processor())) if marks else None
+    return "\n".join((*marks, *flags(), platform.machine(), _processor())) if marks else None
 
 
 def library_key(source: str, compiler: Compiler) -> str:
@@ -310,7 +329,9 @@ def _compiled_parts(source: str, compiler: Compiler, folder: Path) -> list[Path]
 
 def _run(compiler: Compiler, target: Path, *arguments: str | Path) -> None:
     """Make `target`; CompileError where the compiler fails, or makes no file."""
-    command = [*compiler.command, *FLAGS, "-o", *map(str, (target, *arguments))]
+    # A level that was asked for comes last: it decides.
+    level = flags()[len(FLAGS) :]
+    command = [*compiler.command, *FLAGS, "-o", *map(str, (target, *arguments)), *level]
     try:
         answer = subprocess.run(
             command,

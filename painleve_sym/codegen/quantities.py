@@ -82,7 +82,7 @@ def quantities(
     derived (`definition_text`). `arguments` are the names of every symbol that occurs, and `derive`
     returns the formulas by name, and the symbols of the arguments.
     """
-    mark = _mark(os.environ.get("CC"), os.environ.get("PATH"))
+    mark = _mark(*map(os.environ.get, ("CC", "PATH", "PAINLEVE_OPTIMIZE")))
     key = (_text_key if isinstance(of, str) else _key)(title, mark, of)
     stored = _stored(key, tuple(arguments)) if key else None
     if stored is not None:
@@ -127,8 +127,8 @@ def _compiled(function: ca.Function) -> ArrayFunction | None:
 
 
 @functools.lru_cache(maxsize=8)
-def _mark(_command: str | None, _path: str | None) -> str | None:
-    """Return `compiler_mark`, looked for once for each setting of CC and PATH."""
+def _mark(*_variables: str | None) -> str | None:
+    """Return `compiler_mark`, looked for once for each setting of the variables it depends on."""
     return compiler_mark()
 
 

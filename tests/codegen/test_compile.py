@@ -20,7 +20,10 @@ from painleve_sym.codegen.compile import (
     library_key,
     load,
 )
-from painleve_sym.errors import CompileError, CompilerMissing
+from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.errors import CompileError, CompilerMissing, InputError
+from painleve_sym.laws.catalogue import law
+from painleve_sym.motion.simulator import Simulator
 from tests.codegen.cache_helpers import SOURCE, mode
 
 CC = shutil.which("cc") or "cc"
@@ -88,8 +91,31 @@ def test_key_depends_on_source_compiler_flags_and_processor(monkeypatch):
     with monkeypatch.context() as m:
         m.setattr(compiling, "_processor", lambda: "flags: none")
         keys.append(library_key(SOURCE, compiler))
+    for level in ("", "1"):
+        with monkeypatch.context() as m:
+            m.setenv("PAINLEVE_OPTIMIZE", level)
+            keys.append(library_key(SOURCE, compiler))
     assert len(set(keys)) == len(keys)
     assert library_key(SOURCE, compiler) == keys[0]
+
+
+def test_levels_of_optimization_compute_the_same_bits(monkeypatch):
+    """Of a motion with contact, slip and separation, and of its derivatives."""
+
+    def numbers(level):
+        monkeypatch.setenv("PAINLEVE_OPTIMIZE", level)
+        rod = Simulator(model("rod"), law("bilinear-hertz"))
+        state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+        run = rod.sensitivities(state, ("theta", "mu"), t_end=0.01)
+        return run.trajectory.final_state.tobytes(), run.final_jacobian.tobytes()
+
+    assert numbers("0") == numbers("")
+
+
+def test_level_of_optimization_that_does_not_exist_is_refused(monkeypatch):
+    monkeypatch.setenv("PAINLEVE_OPTIMIZE", "fast")
+    with pytest.raises(InputError, match="PAINLEVE_OPTIMIZE: got 'fast', need 0, 1, 2 or 3"):
+        compiled_library(SOURCE % 1)
 
 
 @pytest.mark.parametrize("damage", [b"", b"\x7fELF", b"garbage" * 1000])

@@ -27,7 +27,7 @@ import scipy
 from numpy.typing import NDArray
 
 import painleve_sym
-from painleve_sym.codegen.compile import FLAGS, find_compiler
+from painleve_sym.codegen.compile import find_compiler, flags
 from painleve_sym.errors import CompilerMissing, InputError, PainleveError, PainleveWarning
 from painleve_sym.files import no_link, write_beside
 from painleve_sym.mechanics.definition import SYMPY_VERSION
@@ -74,7 +74,7 @@ def attributes(sweep: Sweep) -> dict[str, str]:
         "engine": engine.name,
     }
     if (library := getattr(engine, "library", None)) is not None:
-        versions |= {"cache_key": Path(library).stem, "flags": " ".join(FLAGS)}
+        versions |= {"cache_key": Path(library).stem, "flags": " ".join(flags())}
         try:
             versions["compiler"] = find_compiler().version
         except CompilerMissing:

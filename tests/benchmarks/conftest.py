@@ -1,0 +1,5 @@
+"""Benchmarks measure the code that users get."""
+
+import os
+
+os.environ["PAINLEVE_OPTIMIZE"] = ""
