@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from painleve_sym.cli.options import read_assignments, read_quantities
@@ -39,7 +39,8 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
         if (value := getattr(arguments, name, None)) is not None:
             given[FIELDS.get(name, name)] = value
     if getattr(arguments, "law_set", None) is not None:
-        given |= read_law_settings(given.get("law", base.law), arguments.law_set)
+        own = _parameters_of(base.model)
+        given |= read_law_settings(given.get("law", base.law), arguments.law_set, own)
     scenario = base.updated(given)
     _check_owners(scenario)
     return scenario.from_material()
@@ -73,8 +74,13 @@ def _base(case: str, command: str) -> Scenario:
     return Scenario(model=case, where=f"{command} {case}")
 
 
-def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
-    """Return law parameters and choices of ``--law-set``; InputError where there is no law."""
+def read_law_settings(
+    name: str | None, texts: list[str], of_mechanism: Collection[str] = ()
+) -> dict[str, Any]:
+    """Return law parameters and choices of ``--law-set``; InputError where there is no law.
+
+    `of_mechanism` are the parameters of the mechanism, which a message tells from those of the law.
+    """
     if name is None:
         raise InputError("--law-set: no law to set. Fix: name one with --law.")
     pairs = read_assignments("--law-set", texts)
@@ -84,6 +90,10 @@ def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
     chosen = law(name, **choices)
     known = [*(p.name for p in chosen.parameters), *offered_choices(chosen)]
     for key in pairs:
+        if key not in known and key in of_mechanism:
+            raise InputError(
+                f"--law-set: parameter {key} belongs to the mechanism. Fix: give it with --set."
+            )
         if key not in known:
             raise InputError(f"--law-set of {name!r}: {unknown_name('parameter', key, known)}")
     units = {p.name: p.unit for p in chosen.parameters}
@@ -102,10 +112,16 @@ def chosen_law(name: str | None, texts: list[str] | None) -> Law | LawsByContact
 
 def _check_owners(scenario: Scenario) -> None:
     """Point out a parameter that was given to the mechanism but belongs to the law."""
-    if scenario.law is None or scenario.model.partition(":")[0] not in MODELS:
+    own = _parameters_of(scenario.model)
+    if scenario.law is None or not own:
         return
-    own = {p.name for p in model(scenario.model).outline.parameters}
     of_law = scenario.contact_law().parameters
     for name in scenario.parameters:
         if name not in own and (fault := misplaced(name, of_law)):
             raise InputError(fault)
+
+
+def _parameters_of(name: str) -> set[str]:
+    """Return the parameters of a named mechanism; none of a file, which is read later."""
+    named = name.partition(":")[0] in MODELS
+    return {p.name for p in model(name).outline.parameters} if named else set()

@@ -91,7 +91,12 @@ def _show_closed(classification: Classification) -> None:
 def _show_solutions(classification: Classification) -> None:
     """Print the forces and accelerations of each contact in each solution."""
     rows = []
-    for k, s in enumerate(classification.solutions, 1):
+    solutions = classification.solutions
+    force = max((abs(float(f)) for s in solutions for f in s.forces), default=0.0)
+    rate = max((abs(float(a)) for s in solutions for a in s.accelerations), default=0.0)
+    rate = max(rate, *map(abs, classification.problem.b.tolist()))
+    sizes = (force, force, rate, rate)
+    for k, s in enumerate(solutions, 1):
         parts = zip(
             classification.contacts,
             s.modes,
@@ -106,7 +111,8 @@ def _show_solutions(classification: Classification) -> None:
             first = (
                 (solution_name(s, classification.problem),) if classification.single else several
             )
-            rows.append((*first, *(number(float(v)) for v in values)))
+            pairs = zip(values, sizes, strict=True)
+            rows.append((*first, *(number(float(v), size=size) for v, size in pairs)))
     names = ("solution",) if classification.single else ("solution", "contact", "mode")
     head = (*names, "F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
     show_table(head, rows, left=tuple(range(len(names))))

@@ -11,7 +11,6 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import (
     MAPS,
     figure_file,
-    read_assignments,
     read_look,
     read_range,
     unit_for,
@@ -150,10 +149,14 @@ def _show(
         units |= {p.name: p.unit for p in finder.simulator.own_parameters}
         units |= finder.simulator.mechanism.state_units
         table = [
-            (g.name, number(g.value, 9), number(g.error, 1), f"N per {units[g.name]}")
+            (g.name, number(g.value, 9), number(g.error, 1), _per(units[g.name]))
             for g in gradient.values()
         ]
         show_table(("derivative by", "value", "+-", "unit"), table, left=(0, 3))
+
+
+def _per(unit: str) -> str:
+    return "N" if unit == "1" else f"N per {unit}"
 
 
 def _show_case(scenario: Scenario, finder: CriticalForceFinder, drop: dict[str, float]) -> None:
@@ -179,10 +182,12 @@ def _map(
 ) -> int:
     if arguments.gradient is not None:
         raise InputError("--gradient: goes without --over, at one state.")
-    pairs = read_assignments("--over", [arguments.over])
-    if len(pairs) != 1:
-        raise InputError(f"--over: got {len(pairs)} quantities, need one.")
-    ((over, text),) = pairs.items()
+    over, equals, text = (part.strip() for part in arguments.over.partition("="))
+    if not (over and equals) or "," in text:
+        raise InputError(
+            f"--over: got {arguments.over!r}, need one quantity with its ends, NAME=FROM:TO, such "
+            "as E=1e10:1e14."
+        )
     options: dict[str, Any] = {"parameters": given, "forces": arguments.forces}
     if arguments.points is not None:
         options["points"] = arguments.points

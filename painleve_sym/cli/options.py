@@ -131,10 +131,9 @@ def read_positive(where: str, text: str, unit: str) -> list[float]:
 
 def read_sign(where: str, text: str) -> int:
     """Return -1 or 1, the sign of the slip velocity."""
-    value = read_number(where, text)
-    if value not in (-1, 1):
+    if text.strip() not in ("-1", "1", "+1"):
         raise InputError(f"{where}: got {text!r}, need -1 or 1, the sign of the slip velocity.")
-    return int(value)
+    return int(text)
 
 
 def read_range(

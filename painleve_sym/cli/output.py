@@ -112,12 +112,6 @@ def number(value: float, digits: int = 6, size: float = 0.0) -> str:
     return f"{shown:.{digits}g}"
 
 
-def column(values: Sequence[float], digits: int = 6, size: float = 0.0) -> list[str]:
-    """Return numbers of one unit for people, 0 for what is rounding beside the largest of them."""
-    largest = max([size, *(abs(v) for v in values if math.isfinite(v))])
-    return [number(v, digits, largest) for v in values]
-
-
 def quantity(value: float, unit: str, digits: int = 6) -> str:
     """Return a number with its unit; the unit 1 is left out."""
     return number(value, digits) + ("" if unit == "1" else f" {unit}")

@@ -21,7 +21,7 @@ def read_arguments(argv: Sequence[str]) -> argparse.Namespace:
     if words[0] == "help":
         words = [*words[1:], "--help"]
     if not words[0].startswith("-") and words[0] not in COMMANDS:
-        raise InputError(unknown_name("command", words[0], COMMANDS))
+        raise InputError(_no_command(words[0]))
     parser, sub = parsers()
     known, rest = parser.parse_known_args(_joined(words))
     if rest:
@@ -33,15 +33,41 @@ def read_arguments(argv: Sequence[str]) -> argparse.Namespace:
     return known
 
 
-def _unexpected(word: str, options: list[str]) -> str:
-    if not word.startswith("-"):
+def _no_command(word: str) -> str:
+    """Return a sentence on a first word that names no command: perhaps what a command takes."""
+    from painleve_sym.mechanics.models import MODELS
+
+    if word.partition(":")[0] in MODELS or word.endswith(".toml"):
+        subject = "a file" if word.endswith(".toml") else "a mechanism"
         return (
-            f"unexpected {word!r}. Fix: leave it out; several name=value are joined by commas, "
-            "without spaces."
+            f"{word!r} is {subject}, and a command comes first. "
+            f"Fix: such as `painleve classify {word}`; `painleve -h` lists the commands."
         )
+    return unknown_name("command", word, COMMANDS)
+
+
+def _unexpected(word: str, options: list[str]) -> str:
+    """Return a sentence on a word or option that a command does not take."""
+    from painleve_sym.laws.catalogue import LAWS
+
+    if not word.startswith("-"):
+        fix = "Fix: leave it out."
+        if "=" in word and "--state" in options:
+            fix = (
+                f"Fix: give it with an option, such as --state {word} or --set {word}; several "
+                "name=value are joined by commas, without spaces."
+            )
+        elif word in LAWS and "--law" in options:
+            fix = f"Fix: give it with --law {word}."
+        elif "--state" in options:
+            fix = "Fix: leave it out, or join name=value by commas without spaces."
+        return f"unexpected {word!r}. {fix}"
     name = word.partition("=")[0]
     near = difflib.get_close_matches(name, options, n=1, cutoff=0.6)
     hint = f" Did you mean {near[0]!r}?" if near else ""
+    if not near and "--set" in options:
+        of_law = ", those of the law with --law-set" if "--law-set" in options else ""
+        hint = f" Fix: parameters are given with --set NAME=VALUE{of_law}."
     return f"unknown option {name!r}.{hint} Known: {', '.join(options)}."
 
 

@@ -142,11 +142,11 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     show()
     show("velocities at the end of each phase")
     units = scenario.mechanism().state_units
-    names = list(impact.velocity)
-    start = scenario.start()
-    before = {n: start.get(n, 0.0) for n in names}
-    rows = [("before", *(number(before[n]) for n in names))]
-    rows += [(p.name, *(number(p.velocity[n]) for n in names)) for p in impact.phases]
+    names, start = list(impact.velocity), scenario.start()
+    courses = {"before": {n: start.get(n, 0.0) for n in names}}
+    courses |= {p.name: dict(p.velocity) for p in impact.phases}
+    sizes = {n: max(abs(v[n]) for v in courses.values()) for n in names}
+    rows = [(name, *(number(v[n], size=sizes[n]) for n in names)) for name, v in courses.items()]
     show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)
     show()
     show(f"course {impact.case.value}, ends in {impact.end.value}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import cast
 
@@ -56,8 +57,23 @@ def refuse_outside(
     for bound, margin in zip(mechanism.outline.domain, margins, strict=True):
         if not margin > 0:
             received = ", ".join(f"{n} = {state.get(n, parameters.get(n))!r}" for n in bound.names)
-            faults.append(f"got {received}, need {bound.margin} > 0 ({bound.meaning}).")
+            faults.append(
+                f"got {received}, need {bound.margin} > 0 ({bound.meaning})."
+                f"{_in_degrees(mechanism, bound.names, state)}"
+            )
     _raise(f"state of {mechanism.name!r}", faults)
+
+
+def _in_degrees(mechanism: Mechanism, names: Sequence[str], state: Mapping[str, float]) -> str:
+    """Return a sentence where an angle is of the size of degrees."""
+    units = mechanism.state_units
+    for name in names:
+        if units.get(name) == "rad" and 2 * math.pi < abs(state[name]) <= 360:
+            value = state[name]
+            return (
+                f" Fix: angles are in rad; {name}={value:g}deg is {name}={math.radians(value):.6g}."
+            )
+    return ""
 
 
 def state_values(mechanism: Mechanism, given: Mapping[str, Value]) -> dict[str, float]:

@@ -220,3 +220,27 @@ def test_report_folder_that_cannot_be_made(capsys, tmp_path, monkeypatch, name):
     code, out, err = run(capsys, "reproduce", "--out", tmp_path / name)
     assert (code, out) == (2, "")
     assert err.startswith("painleve: error: --out: ") and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (
+            ("rod",),
+            "'rod' is a mechanism, and a command comes first. Fix: such as `painleve classify rod`",
+        ),
+        (("my.toml",), "'my.toml' is a file, and a command comes first"),
+        (("classify", "rod", "theta=1"), "Fix: give it with an option, such as --state theta=1"),
+        (("simulate", "rod", "hertz"), "Fix: give it with --law hertz."),
+        (("cache", "rod"), "unexpected 'rod'. Fix: leave it out."),
+        (("simulate", "rod", "--mu", "1"), "Fix: parameters are given with --set NAME=VALUE"),
+        (("simulate", "rod", "--law", "hertz", "--law-set", "mu=1"), "belongs to the mechanism"),
+        (("classify", "rod", "--state", "theta=30"), "theta=30deg is theta=0.523599"),
+        (("map", "rod", "--over", "theta,mu", "--slip", "left"), "need -1 or 1"),
+        (("critical", "rod", "--over", "E"), "NAME=FROM:TO, such as E=1e10:1e14"),
+        (("sweep", "examples/mechanisms/rod.toml"), "this is a mechanism, need a sweep"),
+    ],
+)
+def test_a_newcomers_mistake_is_named_with_its_remedy(capsys, words, message):
+    code, out, err = run(capsys, *words)
+    assert (code, out) == (2, "") and message in err

@@ -8,7 +8,7 @@ import runpy
 
 import pytest
 
-from painleve_sym.cli.output import column, number, print_json, show_table
+from painleve_sym.cli.output import number, print_json, show_table
 from painleve_sym.cli.texts import meanings
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
@@ -294,4 +294,3 @@ def test_long_formula_is_broken_where_it_can_be():
 def test_numbers_of_rounding_are_zero_beside_their_size():
     assert number(-6.1e-21) == "-6.1e-21" and number(-0.0) == "0"
     assert number(-6.1e-21, size=1e-4) == "0" and number(2e-17, size=1e-4) == "2e-17"
-    assert column([1e-3, -2e-18, float("nan")]) == ["0.001", "0", "nan"]

@@ -71,6 +71,15 @@ def test_solve_lemke_does_not_cycle_for_complete_ties(n):
     assert np.allclose(result.solution.z, 1 / (n + 1))
 
 
+@pytest.mark.parametrize("part", [1e-4, 1e-6, 1e-9])
+def test_ratios_that_differ_by_little_are_no_tie(part):
+    matrix, offset = [[2, 0, 3], [0, 19, 0], [3, 0, 12]], [-2.7 * part, -3 - 3.3 * part, 2]
+    result = solve_lemke(LCP(matrix, offset))
+    assert result.status is LemkeStatus.SOLVED
+    expected = [1.35 * part, (3 + 3.3 * part) / 19, 0]
+    np.testing.assert_allclose(result.solution.z, expected, rtol=1e-12)
+
+
 def test_solve_lemke_reports_the_step_limit_when_pivots_run_out():
     result = solve_lemke(LCP(np.eye(3), -np.ones(3)), max_pivots=1)
     assert result.status is LemkeStatus.STEP_LIMIT and result.pivots == 1

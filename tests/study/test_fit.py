@@ -101,6 +101,34 @@ def test_ninety_percent_intervals_hold_the_truth_nine_times_of_ten():
     assert np.all(np.abs(held - 0.9 * runs) < 4 * np.sqrt(0.09 * runs))
 
 
+class Line(FitProblem):
+    """A straight line through five points in place of a motion."""
+
+    AT = np.linspace(0.0, 1.0, 5)
+
+    def predict(self, values):
+        slopes = np.stack([np.ones(5), self.AT], axis=1)
+        return {"gap": slopes @ values}, {"gap": slopes}
+
+
+@pytest.mark.parametrize("sigma", [None, {"gap": 0.1}])
+def test_intervals_of_a_line_hold_the_truth_as_often_as_they_say(sigma):
+    rng, truth, runs, level = np.random.default_rng(1), np.array([1.0, 2.0]), 500, 0.9
+    held, variance = np.zeros(2), 0.0
+    for _ in range(runs):
+        data = FitData("line", Line.AT, {}, {"gap": 1 + 2 * Line.AT + 0.1 * rng.normal(size=5)})
+        start = {"x_A": 0.5, "y_A": 0.5}
+        fit = Line(simulator(), data, tuple(start), start, {}, sigma=sigma, level=level).solve()
+        held += (fit.interval[:, 0] < truth) & (truth < fit.interval[:, 1])
+        variance += fit.noise["gap"] ** 2 / runs
+    # Four standard deviations of a binomial count, and of the mean of squares with 3 freedoms.
+    assert np.all(np.abs(held - level * runs) < 4 * np.sqrt(level * (1 - level) * runs))
+    assert variance == pytest.approx(0.01, rel=4 * np.sqrt(2 / 3 / runs))
+    # Intercept and slope of a line over [0, 1] in five even points, by hand.
+    expected = -0.5 / np.sqrt(0.5**2 + 0.125)
+    assert fit.correlation == pytest.approx(np.array([[1, expected], [expected, 1]]), rel=1e-9)
+
+
 @pytest.mark.slow
 def test_a_combination_that_the_data_leave_open_is_named():
     with pytest.raises(InputError, match="combination of E, R"):

@@ -6,11 +6,13 @@ import contextlib
 import itertools
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,7 +27,7 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.sweeps import store as sweep_store
-from painleve_sym.study.sweeps.runner import run_sweep
+from painleve_sym.study.sweeps.runner import check_room, run_sweep
 from painleve_sym.study.sweeps.space import Grid, Range, Sample, read_space
 from painleve_sym.study.sweeps.store import Store, open_store, parts_folder
 from painleve_sym.study.sweeps.sweep import CASES, Sweep
@@ -175,6 +177,54 @@ def test_more_points_than_the_disk_holds_are_an_error(tmp_path):
     text = SAMPLED.replace("points = 32", 'points = 100_000_000_000\nmethod = "uniform"')
     with pytest.raises(InputError, match=r"points need .* GB of disk"):
         run_sweep(sweep_of(text), tmp_path / "out.npz")
+
+
+def test_a_sweep_that_is_taken_up_needs_room_for_what_is_missing(tmp_path, monkeypatch):
+    sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
+    row = sweep.compute(0, 1)
+    need = 2 * 36 * sum(column.nbytes for column in row.values())
+
+    def room(free):
+        monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
+        check_room(sweep, out, row)
+
+    room(need)
+    with pytest.raises(InputError, match="points need"):
+        room(need - 1)
+    (tmp_path / "out.npz.parts").mkdir()
+    (tmp_path / "out.npz.parts" / "theta.npy").write_bytes(bytes(1000))
+    written = 512 * (tmp_path / "out.npz.parts" / "theta.npy").stat().st_blocks
+    assert written > 0
+    room(need - written)
+    with pytest.raises(InputError, match="points need"):
+        room(need - written - 1)
+
+
+def test_a_summary_has_the_ranges_and_counts_of_all_chunks(tmp_path):
+    shown, out = [], tmp_path / "out.npz"
+    ends = SMALL.replace("t_end = 0.01", "t_end = 4e-4").replace("chunk = 10", "chunk = 5")
+    summary = run_sweep(sweep_of(ends), out, progress=lambda *done: shown.append(done))
+    assert shown[0] == (0, 36) and shown[-1] == (36, 36) and shown[1] == (5, 36)
+    swept = arrays(out)
+    with np.load(out) as data:
+        codes = json.loads(json.loads(str(data["text"]))["codes"])
+    reasons = codes["stop_reason"]
+    counts = {n: int((swept["stop_reason"] == code).sum()) for n, code in reasons.items()}
+    assert summary["stop_reasons"] == {n: c for n, c in counts.items() if c}
+    assert len(summary["stop_reasons"]) == 2
+    for name, held in summary["quantities"].items():
+        there = swept[name][np.isfinite(swept[name])]
+        assert (held["from"], held["to"]) == (there.min(), there.max())
+        assert held["missing"] == swept[name].size - there.size
+    assert summary["quantities"]["time_of_separation"]["missing"] > 0
+
+
+def test_another_seed_draws_other_points():
+    first, again = (sweep_of(SAMPLED).space.values(0, 32) for _ in range(2))
+    other = sweep_of(SAMPLED.replace("seed = 3", "seed = 4")).space.values(0, 32)
+    for name, values in first.items():
+        assert values.tobytes() == again[name].tobytes()
+        assert not np.intersect1d(values, other[name]).size
 
 
 # ---- the numbers ----

@@ -309,7 +309,9 @@ class FitProblem:
             covariance = covariance * float(residuals @ residuals) / freedom
             noise = {n: s * math.sqrt(len(residuals) / freedom) for n, s in noise.items()}
         error = np.sqrt(np.diag(covariance))
-        reach = float(student.ppf(0.5 + self.level / 2, freedom)) * error
+        # Standard deviations that are known have the normal distribution's quantile.
+        known = math.inf if self.sigma else freedom
+        reach = float(student.ppf(0.5 + self.level / 2, known)) * error
         return FitResult(
             names=self.estimate,
             units=tuple(self._unit(n) for n in self.estimate),

@@ -20,7 +20,8 @@ class FitResult:
         Of the estimated quantities.
     start, estimate, standard_error : ndarray, shape (k,)
     interval : ndarray, shape (k, 2)
-        estimate ± t·standard_error, with Student's t for `level` and `freedom`.
+        estimate ± t·standard_error, with Student's t for `level` and `freedom`; where the noise is
+        given, with the quantile of the normal distribution.
     level : float
     freedom : int
         Measured values minus estimated quantities.

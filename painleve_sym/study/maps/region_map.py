@@ -33,6 +33,8 @@ FORMAT = "painleve-sym map 1"
 CURVES = ("A", "B", "A_pull")
 """Of a contact that can open, the first two."""
 ROD_FAMILY = ("rod", "rod-inertia")
+SINGULAR = 1e-13
+"""Part of W_nn below which A′, the difference of two terms of that size, is their rounding."""
 
 _ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "crossings")
 _OPTIONAL = ("flow", "A_pull")
@@ -356,7 +358,12 @@ def _grids(
         force = -B_stick / A_stick
         size = np.abs(force) if contact.bilateral else force
         reserve = mu * W_tt * size - np.abs(W_nt * force + b_t)
-        sticks = inside & (A_stick > 0) & ((force > 0) | contact.bilateral) & (reserve >= 0)
+        sticks = (
+            inside
+            & (A_stick > SINGULAR * W_nn)
+            & ((force > 0) | contact.bilateral)
+            & (reserve >= 0)
+        )
         A_pull = rounded_difference(W_nn, -slip * mu * W_nt) if contact.bilateral else None
     case = opening_case(A, B) if A_pull is None else bilateral_case(A, A_pull, B)
     case = np.where(inside, case, LEGEND["outside"]).astype(np.int8)

@@ -95,6 +95,11 @@ class Sweep:
     def from_text(cls, text: str, where: str, mechanism_text: str | None = None) -> Sweep:
         """Return the sweep of a text; see `read`."""
         data = parse_toml(text, f"sweep file {where}")
+        if "coordinates" in data:
+            raise InputError(
+                f"{where}: this is a mechanism, need a sweep. Fix: write one with the line "
+                f'model = "{where}" and a table [axes]; `painleve sweep -h` shows one.'
+            )
         faults = Faults(where, toml_lines(text))
         own = {key: data.pop(key) for key in OWN_KEYS if key in data}
         for key in UNUSED_KEYS:
