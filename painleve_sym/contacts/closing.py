@@ -22,6 +22,7 @@ from painleve_sym.contacts.contact_numbers import (
 )
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.progress import progress
 
 IntArray = NDArray[np.intp]
 
@@ -372,16 +373,19 @@ def _nearest_roots(
     result = np.where(abs(at["gap"]) <= near, start, np.nan)
     outside = np.full(len(start), np.nan)
     left, k = np.flatnonzero(np.isnan(result)), 0
-    while len(left) and k < last:
-        stop = min(last, k + max(1, _TOGETHER // len(left)))
-        rows, roots = _roots_between(gap, left, start, reach, _AWAY[k : stop + 1], near)
-        inside = _in_domain(mechanism, {**{n: v[rows] for n, v in values.items()}, name: roots})
-        # Roots are in the order of distance: of each state the first one stays.
-        for into, kept in ((result, inside), (outside, ~inside)):
-            of, place = np.unique(rows[kept], return_index=True)
-            new = np.isnan(into[of])
-            into[of[new]] = roots[kept][place[new]]
-        left, k = left[np.isnan(result[left])], stop
+    with progress(f"roots of a gap in {name}", len(left), "states") as advance:
+        while len(left) and k < last:
+            stop = min(last, k + max(1, _TOGETHER // len(left)))
+            rows, roots = _roots_between(gap, left, start, reach, _AWAY[k : stop + 1], near)
+            inside = _in_domain(mechanism, {**{n: v[rows] for n, v in values.items()}, name: roots})
+            # Roots are in the order of distance: of each state the first one stays.
+            for into, kept in ((result, inside), (outside, ~inside)):
+                of, place = np.unique(rows[kept], return_index=True)
+                new = np.isnan(into[of])
+                into[of[new]] = roots[kept][place[new]]
+            open_before = len(left)
+            left, k = left[np.isnan(result[left])], stop
+            advance(open_before - len(left))
     return np.where(np.isnan(result), outside, result)
 
 
