@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
@@ -384,6 +385,8 @@ class HybridAutomaton:
         for where, choices in self._choices():
             yield from self._choice_faults(where, choices, names)
         yield from self._symbol_faults()
+        if self.impacts is not None and self.impacts.target not in names:
+            yield "impacts: " + unknown_name("mode", self.impacts.target, names)
         for mode in self.modes:
             labels = [t.label for t in mode.transitions]
             for label in sorted(set(labels)):
@@ -433,41 +436,62 @@ class HybridAutomaton:
     def _symbol_faults(self) -> Iterator[str]:
         known = {*self.states, *self.memory, *self.parameters}
         for symbol, expr in self.definitions.items():
-            for s in sorted(expr.free_symbols - known, key=str):
-                yield f"definition of {symbol}: {s} is not declared before it."
+            yield from _undeclared(f"definition of {symbol}", [expr], known)
             known.add(symbol)
-        for term in self.terms:
-            if isinstance(term, Definition):
-                exprs, symbols = [term.expression], (term.symbol,)
-            else:
-                exprs = [*term.matrix, *term.right, *(term.ease or ()), *term.scales]
-                symbols = term.symbols
-            for s in sorted(
-                {s for e in exprs for s in sp.sympify(e).free_symbols} - known, key=str
-            ):
-                yield f"term {symbols[0]}: {s} is not declared before it."
-            known.update(symbols)
-        if self.impacts is not None and self.impacts.target not in {m.name for m in self.modes}:
-            yield "impacts: " + unknown_name(
-                "mode", self.impacts.target, [m.name for m in self.modes]
-            )
+        yield from _term_faults("", self.terms, known)
+        for where, exprs in self._expressions():
+            for s in sorted(_symbols(exprs) - known, key=str):
+                yield f"{where}: " + unknown_name("symbol", str(s), map(str, known))
+        for where, symbols in self._assigned():
+            for s in symbols:
+                if s not in self.states and s not in self.memory:
+                    yield f"{where}: reset of {s}, which is not a state."
         for mode in self.modes:
             for s in mode.field:
                 if s not in self.states:
                     yield f"mode {mode.name!r}: {s} has a rate but is not a state."
-            exprs = [*mode.field.values(), *mode.outputs.values()]
+        yield from self._preparation_faults()
+
+    def _expressions(self) -> Iterator[tuple[str, list[sp.Basic]]]:
+        """Yield the expressions of each place that may use every symbol."""
+        yield "start", [c.condition for c in self.starts if c.condition is not None]
+        for mode in self.modes:
+            exprs: list[sp.Basic] = [*mode.field.values(), *mode.outputs.values()]
+            exprs += [e for t in mode.tests for e in (t.value, t.scale)]
             for t in mode.transitions:
                 exprs += [*([] if t.guard is None else [t.guard]), *t.reset.values()]
                 exprs += [c.condition for c in t.choices if c.condition is not None]
+                exprs += t.on_accumulation.reset.values() if t.on_accumulation is not None else ()
+            yield f"mode {mode.name!r}", exprs
+        for part in self.parts:
+            parts = [e for a in part.alternatives for e in (a.condition, *a.memory.values())]
+            yield f"part {part.name!r}", parts
+        if (i := self.impacts) is not None:
+            matrices = (i.mobility, i.load, i.directions, i.friction, i.drive_speeds)
+            yield "impacts", [*(e for m in matrices for e in m), *i.contact_velocity, i.coefficient]
+
+    def _assigned(self) -> Iterator[tuple[str, list[sp.Symbol]]]:
+        """Yield the symbols that each place gives new values."""
+        for mode in self.modes:
+            for t in mode.transitions:
                 limit = t.on_accumulation.reset if t.on_accumulation is not None else {}
-                exprs += limit.values()
-                for s in (*t.reset, *limit):
-                    if s not in self.states and s not in self.memory:
-                        place = f"mode {mode.name!r}, {t.label!r}"
-                        yield f"{place}: reset of {s}, which is not a state."
-            unknown = {s for e in exprs for s in sp.sympify(e).free_symbols} - known
-            for s in sorted(unknown, key=str):
-                yield f"mode {mode.name!r}: " + unknown_name("symbol", str(s), map(str, known))
+                yield f"mode {mode.name!r}, {t.label!r}", [*t.reset, *limit]
+        for part in self.parts:
+            own = [s for a in part.alternatives for s in a.memory]
+            yield f"part {part.name!r}", [*part.memory, *part.rest, *own]
+        if (i := self.impacts) is not None:
+            own = [s for contact in i.contacts for s in contact]
+            own += [*i.velocities, *i.impulses, *(work for work in i.works if work is not None)]
+            yield "impacts", own
+
+    def _preparation_faults(self) -> Iterator[str]:
+        of = self.preparation
+        if of is None:
+            return
+        known = {*self.states, of.force, *self.parameters, *self.definitions}
+        yield from _term_faults("preparation, ", of.terms, known)
+        exprs = [*of.states.values(), *of.admits, *of.scales.values()]
+        yield from _undeclared("preparation", exprs, known)
 
     def mode(self, name: str) -> Mode:
         """Return the mode of that name."""
@@ -530,3 +554,26 @@ class HybridAutomaton:
                     for kind, x in edges
                 ]
         return "\n".join([*lines, "}"]) + "\n"
+
+
+def _symbols(exprs: Iterable[Any]) -> set[sp.Symbol]:
+    return {s for e in exprs for s in sp.sympify(e).free_symbols}
+
+
+def _undeclared(where: str, exprs: Iterable[Any], known: set[sp.Symbol]) -> Iterator[str]:
+    for s in sorted(_symbols(exprs) - known, key=str):
+        yield f"{where}: {s} is not declared before it."
+
+
+def _term_faults(
+    where: str, terms: Iterable[Definition | LinearSystem], known: set[sp.Symbol]
+) -> Iterator[str]:
+    """Yield the faults of terms in their order, and add their symbols to those known."""
+    for term in terms:
+        if isinstance(term, Definition):
+            exprs, symbols = [term.expression], (term.symbol,)
+        else:
+            exprs = [*term.matrix, *term.right, *(term.ease or ()), *term.scales]
+            symbols = term.symbols
+        yield from _undeclared(f"{where}term {symbols[0]}", exprs, known)
+        known.update(symbols)
