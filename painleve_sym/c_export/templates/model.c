@@ -100,7 +100,7 @@ $copy_contact    ps_outputs(1, &mode, x, x + PS_NX, s->c, e->outputs);
 
 /* The end of a run, and what it kept; 0 without memory. */
 static int copy_end(${name}_run *r, ps_run *s) {
-  if (s->reason < 0) return 0;
+  if (s->reason == PS_NO_MEMORY) return 0;
   r->events = (${name}_event *)malloc((size_t)(s->events.used + 1) * sizeof(${name}_event));
   if (!r->events) return 0;
   copy_record(r, s);
