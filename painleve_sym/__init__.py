@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.materials import material as material
     from painleve_sym.mechanics.mechanism import DomainBound as DomainBound
     from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
+    from painleve_sym.mechanics.mechanism import Place as Place
     from painleve_sym.mechanics.shapes import Shape as Shape
     from painleve_sym.mechanics.shapes import ShapeKind as ShapeKind
     from painleve_sym.mechanics.system import TIME as TIME
@@ -163,7 +164,7 @@ _NAMES = {
     "mechanics.formulas.formula": ("Formula", "ImpulsePhase", "Section"),
     "mechanics.impact.impact_class": ("ImpactClass",),
     "mechanics.materials": ("Material", "material"),
-    "mechanics.mechanism": ("DomainBound", "Mechanism"),
+    "mechanics.mechanism": ("DomainBound", "Mechanism", "Place"),
     "mechanics.shapes": ("Shape", "ShapeKind"),
     "mechanics.system": ("LagrangianSystem", "TIME"),
     "mechanics.toml.mechanism_file": ("load_mechanism",),

@@ -111,13 +111,12 @@ def export_c(
         t_end = T_END["rigid" if simulator.rigid else "compliant"]
     limits = {"max_steps": (max_steps, MAX_STEPS), "max_events": (max_events, MAX_EVENTS)}
     compiler = find_compiler()
-    values = simulator.given(parameters, law_parameters)
-    state = simulator.mechanism.start if state is None else state
+    place = simulator.at(state, parameters, law_parameters)
     trajectory = simulator.run(
-        state,
+        place.state,
         t_end=t_end,
         until=until,
-        parameters=values,
+        parameters=place.parameters,
         initial_force=initial_force,
         rtol=rtol,
         max_steps=max_steps,
@@ -128,7 +127,7 @@ def export_c(
         simulator=simulator,
         engine_name=trajectory.engine,
         trajectory=trajectory,
-        motion=simulator.start(state, values).state[: len(simulator.mechanism.state_names)],
+        motion=simulator.start(place).state[: len(place.state)],
         t_end=float(t_end),
         rtol=rtol,
         until=(until,) if isinstance(until, str) else tuple(until),

@@ -12,20 +12,19 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST
-from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import Chatter, chatter
-from painleve_sym.contacts.closing import closed_state, closing_hint
+from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
-from painleve_sym.contacts.inputs import refuse_outside, state_values
+from painleve_sym.contacts.inputs import place_of, refuse_outside
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.mechanics.declarations import resolve_parameters
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.notebooks import Shown
 from painleve_sym.units import Value
 
@@ -281,15 +280,14 @@ def classify(
     >>> ps.classify("rod", {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}).case
     <ContactCase.INCONSISTENT: 'inconsistent'>
     """
-    mechanism = as_mechanism(mechanism)
-    state = mechanism.start if state is None else state
-    declared = mechanism.outline.parameters
-    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters)
-    start = state_values(mechanism, state)
-    if close is not None:
-        start = closed_state(mechanism, start, values, close)
-    numbers = all_contact_numbers(mechanism, {**start, **values})
-    refuse_outside(mechanism, start, values, numbers.margins)
+    return classify_at(place_of(mechanism, state, parameters, close))
+
+
+def classify_at(place: Place) -> Classification:
+    """Return the contact problem of the closed contacts at a place; see `classify`."""
+    mechanism = place.mechanism
+    numbers = all_contact_numbers(mechanism, place.values)
+    refuse_outside(place, numbers.margins)
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
     contacts = mechanism.outline.contacts
     W, b, mu, slip = numbers.W, numbers.b, numbers.mu, numbers.slip_velocity
@@ -314,8 +312,8 @@ def classify(
     names = [c.name for c in contacts]
     return Classification(
         mechanism=mechanism.name,
-        state=start,
-        parameters=values,
+        state=place.state,
+        parameters=place.parameters,
         contacts=tuple(names[i] for i in closed),
         open=tuple(name for i, name in enumerate(names) if i not in closed),
         problem=problem,

@@ -16,15 +16,13 @@ from typing import TYPE_CHECKING, Any
 import painleve_sym
 from painleve_sym.checks import by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.contacts.closing import closed_state
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.errors import InputError
 from painleve_sym.escape import html_json, html_text
 from painleve_sym.explorer.prebuilt import Laws, default_law, stored_module
 from painleve_sym.explorer.presets import presets
 from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
-from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import open_from
 from painleve_sym.motion.simulator import DEFAULT_RTOL
@@ -249,12 +247,9 @@ def _initial(
 ) -> dict[str, Any]:
     """Return the numbers that a page begins with, checked as those of a motion."""
     where = f"explorer of {mechanism.name!r}"
-    given = resolve_parameters(where, mechanism.outline.parameters, parameters)
-    start = resolve_state(mechanism, mechanism.start if state is None else state, given)
-    if close is not None:
-        start = closed_state(mechanism, start, given, close)
+    place = inside(place_of(mechanism, state, parameters, close, where=where))
     own = by_name(law_parameters, f"{where}: law_parameters", "{'E': 2e11}")
-    values = {**start, **given, **_of_law(where, laws, description, own)}
+    values = place.values | _of_law(where, laws, description, own)
     initial: dict[str, Any] = {"values": values}
     if "reload" in laws.choices:
         initial["reload"] = laws.choices["reload"]

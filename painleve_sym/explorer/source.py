@@ -179,9 +179,7 @@ class ModuleSource:
     def _first_map(self) -> FirstMap:
         """The map at first, for the slip of each contact at the start, to the left at rest."""
         first, mechanism = self.simulators[0], self.mechanism
-        values = {p.name: p.default for p in (*mechanism.outline.parameters, *first.own_parameters)}
-        given = dict.fromkeys(mechanism.state_names, 0.0) | dict(mechanism.start)
-        start, _ = first.prepared(given, values)
+        start, _ = first.prepared(first.at())
         state = dict(zip(first.outline.state_names, start.state.tolist(), strict=True))
         slips = (state[row.slip] for row in first.contact.rows)
         return first_map(mechanism, [1 if slip > 0 else -1 for slip in slips])

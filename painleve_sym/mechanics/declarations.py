@@ -9,7 +9,7 @@ import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from painleve_sym.checks import LARGEST, by_name, checked_number, size_text
 from painleve_sym.errors import InputError, unknown_name
@@ -136,40 +136,58 @@ class Parameter:
         return f"a finite number with {text}" if text != self.name else "a finite number"
 
 
-def resolve_parameters(
-    where: str, declared: Sequence[Parameter], given: Mapping[str, Value] | None
-) -> dict[str, float]:
-    """Return every declared parameter's value: the given one, else its default.
+class ParameterSet:
+    """Parameters that are given together, such as those of a mechanism and of its law.
 
-    A text is a number with a unit, such as ``200 g``.
-
-    Raises
-    ------
-    InputError
-        Unknown names, values that are not finite or out of range; all faults at once.
+    Attributes
+    ----------
+    by_name : dict of str to Parameter
+    defaults : dict of str to float
     """
-    known, faults = {p.name: p for p in declared}, []
-    values = {p.name: p.default for p in declared}
-    for name, value in by_name(given, f"{where}: parameters", "{'mu': 0.5}").items():
-        if name not in known:
-            faults.append(unknown_name("parameter", name, known))
-            continue
-        if isinstance(value, str):
-            value = in_unit(value, known[name].unit, f"{where}: parameter {name}")
-        values[name], fault = checked_number(value, f"parameter {name}")
-        fault = fault or known[name].fault(values[name]) or ""
-        if fault:
-            faults.append(fault)
-    if faults:
-        raise InputError(f"{where}: " + " ".join(faults))
-    return values
+
+    def __init__(self, *parameters: Parameter) -> None:
+        self.by_name = {p.name: p for p in parameters}
+        self.defaults = {p.name: p.default for p in parameters}
+
+    def values(self, where: str, given: Mapping[str, Value] | None) -> dict[str, float]:
+        """Return every parameter's value: the given one, else its default.
+
+        A text is a number with a unit, such as ``200 g``. `where` begins messages.
+
+        Raises
+        ------
+        InputError
+            Unknown names, values that are not finite or out of range; all faults at once.
+        """
+        known = self.by_name
+        if type(given) is dict:
+            # A check of all at once; where it fails, each is looked at.
+            whole = {**self.defaults, **given}
+            if len(whole) == len(known) and all(
+                type(v) is float and known[n].fault(v) is None for n, v in given.items()
+            ):
+                return cast(dict[str, float], whole)
+        values, faults = dict(self.defaults), []
+        for name, value in by_name(given, f"{where}: parameters", "{'mu': 0.5}").items():
+            if name not in known:
+                faults.append(unknown_name("parameter", name, known))
+                continue
+            if isinstance(value, str):
+                value = in_unit(value, known[name].unit, f"{where}: parameter {name}")
+            values[name], fault = checked_number(value, f"parameter {name}")
+            fault = fault or known[name].fault(values[name]) or ""
+            if fault:
+                faults.append(fault)
+        if faults:
+            raise InputError(f"{where}: " + " ".join(faults))
+        return values
 
 
 def with_defaults(
     where: str, declared: Sequence[Parameter], given: Mapping[str, float]
 ) -> tuple[Parameter, ...]:
-    """Return the parameters with the `given` values as their defaults; see `resolve_parameters`."""
-    values = resolve_parameters(where, declared, given)
+    """Return the parameters with the `given` values as their defaults."""
+    values = ParameterSet(*declared).values(where, given)
     return tuple(replace(p, default=values[p.name]) for p in declared)
 
 

@@ -14,6 +14,7 @@ from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
     TIME_NAME,
     Parameter,
+    ParameterSet,
     with_defaults,
     with_fields,
 )
@@ -21,6 +22,7 @@ from painleve_sym.mechanics.deferred import Deferred
 from painleve_sym.mechanics.outline import MechanismOutline
 from painleve_sym.notebooks import Shown
 from painleve_sym.quantities import derivative_latex, symbol_latex
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -45,6 +47,39 @@ class DomainBound:
 
     margin: Expr
     meaning: str
+
+
+@dataclass(frozen=True)
+class Place:
+    """A state of a mechanism with the values of all parameters: names and numbers are checked.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    state : dict of str to float
+        Every coordinate and velocity, and ``t`` where it occurs; SI units, rad.
+    parameters : dict of str to float
+        Every parameter of the mechanism, and of laws where they were asked for.
+    given : tuple of str
+        Names of the states that were given; the others are 0.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> place = ps.models.rod().at({"theta": 1.0}, {"mu": 1.5})
+    >>> place.state["theta"], place.state["y_A"], place.parameters["mu"]
+    (1.0, 0.0, 1.5)
+    """
+
+    mechanism: Mechanism
+    state: dict[str, float]
+    parameters: dict[str, float]
+    given: tuple[str, ...]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """State and parameters in one mapping."""
+        return {**self.state, **self.parameters}
 
 
 @dataclass(frozen=True, repr=False)
@@ -210,6 +245,45 @@ class Mechanism(Shown, Deferred):
         contacts = tuple(with_fields(c, system=system) for c in self.contacts)
         return with_fields(self, system=system, contacts=contacts)
 
+    def at(
+        self,
+        state: Mapping[str, Value] | None = None,
+        parameters: Mapping[str, Value] | None = None,
+        *,
+        declared: ParameterSet | None = None,
+        where: str = "",
+    ) -> Place:
+        """Return a state with parameters, all names and numbers checked; the domain is not.
+
+        Parameters
+        ----------
+        state : mapping of str to (float or str), optional
+            Coordinates and velocities by name, those absent are 0; SI units, rad. The mechanism's
+            `start` where no state is given.
+        parameters : mapping of str to (float or str), optional
+            Those absent have their defaults.
+        declared : ParameterSet, optional
+            What may be given, where it is more than the parameters of the mechanism.
+        where : str
+            Begins messages on parameters.
+
+        Raises
+        ------
+        InputError
+            Unknown names, values that are not finite or out of range.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> place = ps.models.rod().at({"theta": 1.0}, {"mu": 0.5})
+        >>> place.state["y_A"], place.parameters["mu"]
+        (0.0, 0.5)
+        """
+        outline, state = self.outline, self.start if state is None else state
+        known = outline.declared if declared is None else declared
+        values = known.values(where or repr(self.name), parameters)
+        return Place(self, outline.state(f"state of {self.name!r}", state), values, tuple(state))
+
     @property
     def parameters(self) -> dict[str, float]:
         """Default of every parameter by name, in its unit."""
@@ -276,12 +350,10 @@ class Mechanism(Shown, Deferred):
         """Names a state may use: those of `motion`."""
         return self.outline.state_names
 
-    @cached_property
+    @property
     def state_units(self) -> dict[str, str]:
         """SI unit of every state by name: those of `state_names`."""
-        units = {c.name: c.unit for c in self.outline.coordinates}
-        units |= {f"{name}_dot": f"{unit}/s" for name, unit in units.items()}
-        return units | ({TIME_NAME: "s"} if self.depends_on_time else {})
+        return self.outline.state_units
 
     @cached_property
     def units(self) -> dict[str, str]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from painleve_sym.checks import text_of
-from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
+from painleve_sym.checks import LARGEST, by_name, checked_number, text_of
+from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter, ParameterSet
+from painleve_sym.units import in_unit
 
 if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import Mechanism
@@ -138,6 +139,59 @@ class MechanismOutline:
                 f"{where}: " + unknown_name("contact", name, [c.name for c in self.contacts])
             )
         return replace(self, contacts=own)
+
+    def state(self, where: str, given: object) -> dict[str, float]:
+        """Return every coordinate and velocity, and ``t`` where it occurs; 0 if it is not given.
+
+        A text is a number with a unit, such as ``30 deg``. `where` begins messages.
+
+        Raises
+        ------
+        InputError
+            Unknown names, values that are not finite; all faults at once.
+        """
+        zeros = self._at_rest
+        if type(given) is dict:
+            # A check of all at once; where it fails, each is looked at.
+            whole = {**zeros, **given}
+            if len(whole) == len(zeros) and all(
+                type(v) is float and abs(v) <= LARGEST for v in given.values()
+            ):
+                return cast(dict[str, float], whole)
+        if isinstance(given, list | tuple) and len(given) == len(zeros):
+            raise InputError(
+                f"{where}: got {received(given)}, need numbers by name. "
+                f"Fix: dict(zip(mechanism.state_names, {list(given)}))."
+            )
+        values, faults = dict(zeros), list[str]()
+        for name, value in by_name(given, where).items():
+            if name not in zeros:
+                faults.append(unknown_name("state", name, zeros))
+                continue
+            if isinstance(value, str):
+                value = in_unit(value, self.state_units[name], f"{where}: state {name}")
+            values[name], fault = checked_number(value, f"state {name}")
+            if fault:
+                faults.append(fault)
+        if faults:
+            raise InputError(f"{where}: " + " ".join(faults))
+        return values
+
+    @cached_property
+    def _at_rest(self) -> dict[str, float]:
+        return dict.fromkeys(self.state_names, 0.0)
+
+    @cached_property
+    def declared(self) -> ParameterSet:
+        """The parameters, to be given values."""
+        return ParameterSet(*self.parameters)
+
+    @cached_property
+    def state_units(self) -> dict[str, str]:
+        """SI unit of every state by name: those of `state_names`."""
+        units = {c.name: c.unit for c in self.coordinates}
+        units |= {f"{name}_dot": f"{unit}/s" for name, unit in units.items()}
+        return units | ({TIME_NAME: "s"} if self.depends_on_time else {})
 
     @property
     def depends_on_time(self) -> bool:

@@ -15,11 +15,11 @@ from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import inside
 from painleve_sym.errors import InputError, received
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.frozen_impact import (
     COEFFICIENTS,
@@ -352,9 +352,9 @@ def evaluate_corrected_jump(
     law = compliant_law(law) if isinstance(law, str) else law
     if not isinstance(law, ContactLaw):
         raise InputError(f"{where}: got {received(law)}, need a compliant law or its name.")
-    declared = (*mechanism.system.parameters, *law.parameters)
-    given = resolve_parameters(where, declared, parameters)
-    start = resolve_state(mechanism, state, given)
+    declared = ParameterSet(*mechanism.outline.parameters, *law.parameters)
+    place = inside(mechanism.at(state, parameters, declared=declared, where=where))
+    start, given = place.state, place.parameters
     number(initial_force, "initial force", where=where, lower=0.0)
     _check_configuration(where, configuration)
     rule = CorrectedJumpRule(mechanism, law, engine)

@@ -52,7 +52,7 @@ class RunRecord:
     @property
     def inputs(self) -> dict[str, Any]:
         """See `Trajectory.inputs`."""
-        start, names = self.start, self.simulator.mechanism.state_names
+        start = self.start
         options = {n: getattr(self.options, n) for n in ("t_end", *OPTIONS)}
         options["until"] = list(map(str, self.options.until))
         if start.force >= 0:
@@ -61,7 +61,7 @@ class RunRecord:
             options["atol"] = self.options.atol.tolist()
         return {
             "law": law_text(self.simulator.law),
-            "state": dict(zip(names, start.motion.tolist(), strict=True)),
+            "state": start.place.state,
             "options": {n: v for n, v in options.items() if v != math.inf},
             "version": __version__,
         }
@@ -101,7 +101,7 @@ class RunRecord:
     @cached_property
     def events(self) -> tuple[EventRecord, ...]:
         """The events with all solutions where there are several, and with their impulses."""
-        simulator, values = self.simulator, self.start.values
+        simulator, values = self.simulator, self.start.place.parameters
         events = self._events
         if simulator.rigid:
             of_contact = EventKind.CONTACT
@@ -183,14 +183,14 @@ class RunRecord:
     def body_periods(self) -> tuple[BodyPeriod, ...]:
         """Natural periods of the bodies."""
         of_body = self.materials[0] if self.materials else None
-        return body_periods(self.simulator.mechanism, self.start.values, of_body)
+        return body_periods(self.simulator.mechanism, self.start.place.parameters, of_body)
 
     @cached_property
     def surfaces(self) -> tuple[ContactSurface, ...]:
         """The surfaces of the compliant contacts that have a radius."""
         contact = self.simulator.contact
         names = [c.name for c in contact.mechanism.outline.contacts]
-        values, materials = self.start.values, self.materials or ()
+        values, materials = self.start.place.parameters, self.materials or ()
         return contact_surfaces(names, contact.laws, contact.own_laws, values, materials)
 
     @cached_property
@@ -208,7 +208,7 @@ class RunRecord:
     @cached_property
     def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
         """Rigid motion: stretches of bounces that grow out of contact."""
-        contact, values = self.simulator.contact, self.start.values
+        contact, values = self.simulator.contact, self.start.place.parameters
         if not contact.can_open:
             return ()
         return growing_bounces(

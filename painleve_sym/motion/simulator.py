@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -17,9 +17,8 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.classify import held_faults
-from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.inputs import resolve_state, state_values
+from painleve_sym.contacts.inputs import closed_place, inside
 from painleve_sym.contacts.model import CONTACT, ContactModel
 from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.compiled import CompiledEngine
@@ -29,14 +28,14 @@ from painleve_sym.errors import InputError, StopReason, received, unknown_name
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
+from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.materials import (
     Material,
     MaterialsLike,
     material_values,
     two_materials,
 )
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.impact_resolver import ImpactResolver
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
@@ -62,18 +61,16 @@ _GUIDE_MEETS = (
 
 
 class Start(NamedTuple):
-    """Start of a run: its state, its parameters by name and in the engine's order, and its scale.
+    """Start of a run: its place, its state and parameters in the engine's order, and its scale.
 
-    Below the scale of a state, shape (nx,), only its absolute error counts. The motion
-    has the given coordinates, velocities and ``t``, not yet pressed by the initial force, N, which
-    is negative where there is none.
+    Below the scale of a state, shape (nx,), only its absolute error counts. The place is not yet
+    pressed by the initial force, N, which is negative where there is none.
     """
 
+    place: Place
     state: Array
-    values: dict[str, float]
     parameters: Array
     scale: Array
-    motion: Array
     force: float
 
 
@@ -358,13 +355,9 @@ class Simulator:
         >>> [str(event.kind) for event in run.events[:2]]
         ['slip_stop', 'max_compression']
         """
-        state = self.mechanism.start if state is None else state
-        given = self.given(parameters, law_parameters)
-        pair = None
-        if material is not None:
-            given = {**self.of_materials(material, given), **given}
-            pair = two_materials(material)
-        start = self.start(state, given, initial_force, close)
+        start = self.start(
+            self.at(state, parameters, law_parameters, material, close), initial_force
+        )
         checked = self.options(
             start.scale,
             t_end=t_end,
@@ -380,16 +373,17 @@ class Simulator:
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
         resolved = resolver.impulses if resolver else ()
+        pair = None if material is None else two_materials(material)
         trajectory = self.trajectory(raw, start, checked, resolved, pair)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
-            return with_limit(self.contact, trajectory, start.values)
+            return with_limit(self.contact, trajectory, start.place.parameters)
         return trajectory
 
     def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
         """Return what answers for impacts of several contacts where the engine does not."""
         if isinstance(self.integrator, CompiledEngine) or not self.strikes:
             return None
-        return ImpactResolver(**self.resolver_inputs(start.values, options))
+        return ImpactResolver(**self.resolver_inputs(start.place.parameters, options))
 
     def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
         """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
@@ -401,54 +395,35 @@ class Simulator:
             "scale": options.atol / options.rtol,
         }
 
-    def start(
+    def at(
         self,
-        state: Mapping[str, Value],
+        state: Mapping[str, Value] | None = None,
         parameters: Mapping[str, Value] | None = None,
-        initial_force: float | None = None,
+        law_parameters: Mapping[str, Value] | None = None,
+        material: MaterialsLike | None = None,
         close: str | None = None,
-    ) -> Start:
-        """Return the checked start of a run; see `simulate` for the arguments."""
-        values, given = self.parameters(parameters), self._state_values(state)
-        if close is not None:
-            given = closed_state(self.mechanism, given, values, close)
+    ) -> Place:
+        """Return the checked place of a start, with the laws' parameters too; see `simulate`."""
+        given = self.given(parameters, law_parameters)
+        if material is not None:
+            given = {**self.of_materials(material, given), **given}
+        place = self.mechanism.at(state, given, declared=self.declared, where=self.where)
+        return place if close is None else closed_place(place, close)
+
+    def start(self, place: Place, initial_force: float | None = None) -> Start:
+        """Return the start of a run; InputError where the laws or the domain do not admit it."""
         force = NO_FORCE if initial_force is None else self._checked_force(initial_force)
-        start, admits = self.prepared(given, values, force)
+        start, admits = self.prepared(place, force)
         if 0.0 in admits:
-            self._refuse(start, given, force)
+            self._refuse(start)
         return start
 
-    def prepared(
-        self, given: Mapping[str, float], values: Mapping[str, float], force: float = NO_FORCE
-    ) -> tuple[Start, list[float]]:
-        """Return the start of a run, unchecked, and `Prepared.admits` of it.
-
-        Parameters
-        ----------
-        given : mapping of str to float
-            Every coordinate and velocity, and ``t`` where it occurs.
-        values : mapping of str to float
-            Every parameter.
-        force : float
-            Initial force, N; negative for none.
-        """
-        p, motion = self._vector_of(values), np.array([given[name] for name in self._at_rest])
+    def prepared(self, place: Place, force: float = NO_FORCE) -> tuple[Start, list[float]]:
+        """Return the start of a run, unchecked, and `Prepared.admits` of it."""
+        p, motion = self._vector_of(place.parameters), np.array([*place.state.values()])
         prepared = self.integrator.prepare(p[None], motion[None], np.array([force]))
         state, admits, scale = (array[0] for array in prepared)
-        return Start(state, dict(values), p, scale, motion, force), admits.tolist()
-
-    def _state_values(self, state: Mapping[str, Value]) -> dict[str, float]:
-        state = state if type(state) is dict else by_name(state, f"{self.where}: state")
-        values = {**self._at_rest, **state}
-        numbers = state.values()
-        known = len(values) == len(self._at_rest)
-        if known and all(type(v) is float and abs(v) <= LARGEST for v in numbers):
-            return cast(dict[str, float], values)
-        return state_values(self.mechanism, state)
-
-    @cached_property
-    def _at_rest(self) -> dict[str, float]:
-        return dict.fromkeys(self.mechanism.state_names, 0.0)
+        return Start(place, state, p, scale, force), admits.tolist()
 
     def _checked_force(self, force: float) -> float:
         fault = self.initial_force_fault()
@@ -456,25 +431,25 @@ class Simulator:
             raise InputError(f"{self.where}: {fault}")
         return number(force, "initial force", where=self.where, lower=0.0)
 
-    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> NoReturn:
+    def _refuse(self, start: Start) -> NoReturn:
         """Raise InputError with the reason why a start is not admitted."""
-        for name, value in self.constants(start.values).items():
+        for name, value in self.constants(start.place.parameters).items():
             if not math.isfinite(value):
                 raise InputError(
                     f"{self.where}: {name} evaluates to {value!r}, need a finite number. "
                     "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
-        resolve_state(self.mechanism, given, start.values)  # rejects a state outside the domain
+        inside(start.place)
         names = self.outline.state_names
         state = dict(zip(names, start.state.tolist(), strict=True))
-        if force >= 0:
+        if start.force >= 0:
             raise InputError(
                 f"{self.where}: initial_force: got a start with gap "
                 f"{state[self.contact.rows[0].gap]!r}, need 0. Fix: give the force or the "
                 "compression, not both."
             )
         for i in self.rigid:
-            self._refuse_contact(i, state, {**given, **start.values})
+            self._refuse_contact(i, state, start.place.values)
         raise InputError(f"{self.where}: the contact law does not admit the start.")
 
     def _refuse_contact(
@@ -549,24 +524,13 @@ class Simulator:
         return f"{self.mechanism.name!r} with law {self.label!r}"
 
     def parameters(self, given: Mapping[str, Value] | None = None) -> dict[str, float]:
-        """Return all parameters of mechanism and law those in `given` replaced, checked."""
-        known = self._declared
-        given = given or {}
-        values = {**self._defaults, **given}
-        # A check of all at once; where it fails, each is looked at.
-        if len(values) == len(known) and all(
-            type(v) is float and known[n].fault(v) is None for n, v in given.items()
-        ):
-            return cast(dict[str, float], values)
-        return resolve_parameters(self.where, tuple(known.values()), given)
+        """Return all parameters of mechanism and law, those in `given` replaced, checked."""
+        return self.declared.values(self.where, given)
 
     @cached_property
-    def _declared(self) -> dict[str, Parameter]:
-        return {p.name: p for p in (*self.mechanism.outline.parameters, *self.own_parameters)}
-
-    @cached_property
-    def _defaults(self) -> dict[str, float]:
-        return {name: p.default for name, p in self._declared.items()}
+    def declared(self) -> ParameterSet:
+        """The parameters of mechanism and laws."""
+        return ParameterSet(*self.mechanism.outline.parameters, *self.own_parameters)
 
     def constants(self, parameters: Mapping[str, float]) -> dict[str, float]:
         """Return the values of all parameters and definitions by name."""
@@ -706,7 +670,7 @@ class Simulator:
         """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
         return Trajectory(
             names=self.names,
-            parameters=start.values,
+            parameters=start.place.parameters,
             rtol=options.rtol,
             record=RunRecord(self, start, raw, options, resolved, materials),
             final_time=raw.time,

@@ -785,8 +785,10 @@ class Trajectory(Shown):
             mechanism,
             simulator.law,
             dict(zip(mechanism.state_names, start.state.tolist(), strict=False)),
-            parameters={n: start.values[n] for n in mechanism.parameters},
-            law_parameters={p.name: start.values[p.name] for p in simulator.own_parameters},
+            parameters={n: start.place.parameters[n] for n in mechanism.parameters},
+            law_parameters={
+                p.name: start.place.parameters[p.name] for p in simulator.own_parameters
+            },
             t_end=self.final_time,
         )
         return page.widget()

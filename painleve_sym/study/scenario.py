@@ -15,12 +15,12 @@ import numpy as np
 from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.contacts.closing import closed_state, closing_hint
+from painleve_sym.contacts.classify import Classification, classify_at
+from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
-from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
-from painleve_sym.contacts.inputs import resolve_state, state_values
+from painleve_sym.contacts.impact.jump import JumpResult, jump_at
+from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact_at
+from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import EventKind, InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -29,9 +29,9 @@ from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FRICTION_NOTICES
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
+from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.materials import material_values, two_materials
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.mechanics.toml.lines import TomlLines, toml_lines
 from painleve_sym.motion.rigidity import body_periods, rigidity_notices
@@ -212,39 +212,32 @@ class Scenario:
             )
         return law(self.law, **self.law_choices)
 
-    def start(self) -> Mapping[str, float]:
-        """Return the state as given, or the mechanism's start; with the contact closed by `close`.
+    @cached_property
+    def place(self) -> Place:
+        """The state with the mechanism's parameters, checked, with the contact closed by `close`.
 
-        InputError where there is neither, or the contact cannot be closed.
+        InputError where there is no state and no start, or the contact cannot be closed.
         """
+        return self._place()
+
+    def _place(self, *laws: Parameter, **of_laws: float) -> Place:
+        """Return the place with parameters of laws, where they are needed."""
         mechanism = self.mechanism()
-        state = mechanism.start if self.state is None else self.state
-        if self.state is None and not state:
+        if self.state is None and not mechanism.start:
             raise InputError(
                 f"{self.where}: no state, and the mechanism has no start. Fix: give --state, or "
                 "[state] in a file; what is not given is 0."
             )
-        if self.close is None:
-            return state
-        given = self._given(mechanism)
-        return closed_state(mechanism, state_values(mechanism, state), given, self.close)
+        declared = ParameterSet(*mechanism.outline.parameters, *laws)
+        given = {**self.parameters, **of_laws}
+        return place_of(mechanism, self.state, given, self.close, declared=declared)
 
-    def _given(self, mechanism: Mechanism) -> dict[str, float]:
-        declared = mechanism.outline.parameters
-        return resolve_parameters(f"{mechanism.name!r}", declared, self.parameters)
+    def start(self) -> dict[str, float]:
+        """Return the state as given, or the mechanism's start; with the contact closed by `close`.
 
-    def _state(self, mechanism: Mechanism, parameters: Mapping[str, float]) -> dict[str, float]:
-        given = self.start()
-        try:
-            return resolve_state(mechanism, given, parameters)
-        except InputError as error:
-            bounded = {name for b in mechanism.outline.domain for name in b.names}
-            absent = sorted(bounded & set(mechanism.state_names) - set(self.state or given))
-            if not absent or set(given) - set(mechanism.state_names):
-                raise
-            raise InputError(
-                f"{error} Fix: give {', '.join(absent)} too; what is not given is 0."
-            ) from error
+        InputError where there is neither, or the contact cannot be closed.
+        """
+        return {name: self.place.state[name] for name in self.place.given}
 
     # ---- questions ----
 
@@ -256,17 +249,14 @@ class Scenario:
 
     def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""
-        mechanism = self.mechanism()
-        return classify(
-            mechanism, self._state(mechanism, self._given(mechanism)), parameters=self.parameters
-        )
+        return classify_at(self.place)
 
     def simulate(self) -> Trajectory:
         """Return the compliant or rigid motion from the state.
 
         InputError, before anything is compiled, for what is missing, unknown or out of range.
         """
-        mechanism, contact_law, _ = self.mechanism(), self.contact_law(), self.start()
+        contact_law, place = self.contact_law(), inside(self.place)
         if self.t_end is None:
             raise InputError(
                 f"{self.where}: no end time, and a motion needs one. "
@@ -280,17 +270,11 @@ class Scenario:
         chosen(EngineName, self.engine, "engine", self.where)
         # Built for its checks: the simulator makes its own once the code is compiled.
         RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
-        given = self._given(mechanism)
-        simulator = Simulator(mechanism, contact_law, self.engine)
-        of_law = resolve_parameters(
-            f"law {simulator.label!r}",
-            simulator.own_parameters,
-            simulator.given(law_parameters=self.law_parameters),
-        )
-        state = self._state(mechanism, given)
+        simulator = Simulator(place.mechanism, contact_law, self.engine)
         options: dict[str, Any] = {
             "t_end": self.t_end,
-            "parameters": {**given, **of_law},
+            "parameters": place.parameters,
+            "law_parameters": self.law_parameters,
             "until": self.until,
             "rtol": self.rtol,
             "material": self.material,
@@ -298,12 +282,11 @@ class Scenario:
         }
         if self.initial_force is not None:
             options["initial_force"] = self.initial_force
-        return simulator.run(state, **options)
+        return simulator.run(place.state, **options)
 
     def jump(self) -> JumpResult | TangentialImpact:
         """Return the velocity jump at the state, which must be on the surface."""
         mechanism, rule = self.mechanism(), restitution_law(self.restitution)
-        given = self._given(mechanism)
         mechanism.require_one_contact()
         if mechanism.outline.contacts[0].bilateral:
             if self.e is not None:
@@ -311,20 +294,19 @@ class Scenario:
                     f"jump of {mechanism.name!r}: restitution: got {self.e!r}, need none:"
                     " a bilateral contact does not separate. Fix: leave it out."
                 )
-            return tangential_impact(mechanism, self._state(mechanism, given), parameters=given)
+            return tangential_impact_at(inside(self.place))
         coefficient = {rule.parameter.name: self.coefficient_of(rule)}
-        given |= resolve_parameters(f"{rule.title}", [rule.parameter], coefficient)
-        state = self._state(mechanism, given)
-        at = contact_numbers(mechanism)({**state, **given})
+        place = inside(self._place(rule.parameter, **coefficient))
+        at = contact_numbers(mechanism)(place.values)
         gap = at["gap"]
         if abs(gap) > at["gap_tolerance"]:
-            place = "inside the ground" if gap < 0 else "above the ground"
+            side = "inside the ground" if gap < 0 else "above the ground"
             raise InputError(
-                f"jump of {mechanism.name!r}: the contact starts {place}, gap = {gap:g} m, need 0. "
+                f"jump of {mechanism.name!r}: the contact starts {side}, gap = {gap:g} m, need 0. "
                 f"{closing_hint(mechanism, 0)}; or use simulate with a law."
             )
         try:
-            return evaluate_jump(mechanism, rule, state, parameters=given)
+            return jump_at(place, rule)
         except InputError:
             raise
         except (ValueError, ArithmeticError) as error:
@@ -343,7 +325,7 @@ class Scenario:
         """Return sentences on bodies that are not rigid in an impact of this duration; s."""
         mechanism = self.mechanism()
         of_body = two_materials(self.material)[0] if self.material is not None else None
-        periods = body_periods(mechanism, self._given(mechanism), of_body)
+        periods = body_periods(mechanism, self.place.parameters, of_body)
         return rigidity_notices({mechanism.outline.contacts[0].name: duration}, periods)
 
     def corrected_jump(self, configuration: str = "frozen") -> CorrectedJump | None:
@@ -353,17 +335,15 @@ class Scenario:
             return None
         from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
 
-        mechanism, of_law = self.mechanism(), dict(self.law_parameters)
-        own = {p.name for p in contact_law.parameters}
+        of_law, own = dict(self.law_parameters), {p.name for p in contact_law.parameters}
         if self.e is not None and f"e_{self.restitution}" in own:
             of_law.setdefault(f"e_{self.restitution}", self.e)
-        of_law = resolve_parameters(f"law {contact_law.name!r}", contact_law.parameters, of_law)
-        given = self._given(mechanism)
+        place = inside(self._place(*contact_law.parameters, **of_law))
         return evaluate_corrected_jump(
-            mechanism,
+            place.mechanism,
             contact_law,
-            self._state(mechanism, given),
-            parameters={**given, **of_law},
+            place.state,
+            parameters=place.parameters,
             initial_force=self.initial_force or 0.0,
             configuration=configuration,
         )

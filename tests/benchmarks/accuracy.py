@@ -233,7 +233,7 @@ def _slip(engine: str, start: str) -> tuple[Simulator, Callable[[RunOptions], Ra
     state, force = STARTS[start].state, STARTS[start].force
     simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), engine)
     full = {n: state.get(n, 0.0) for n in simulator.mechanism.state_names}
-    begin = simulator.start(full, STIFF, force)
+    begin = simulator.start(simulator.at(full, STIFF), force)
 
     def run(options: RunOptions) -> RawRun:
         return simulator.integrator.run(begin.state, begin.parameters, options)

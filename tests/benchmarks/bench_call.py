@@ -73,7 +73,8 @@ def measure(seconds: float = 1.0) -> dict[str, dict[str, float]]:
     lines = {}
     for title, (mechanism, chosen, given) in cases().items():
         simulator, options = Simulator(mechanism, chosen), dict(given)
-        start = simulator.start(options.pop("state"), options.pop("parameters", None))
+        place = simulator.at(options.pop("state"), options.pop("parameters", None))
+        start = simulator.start(place)
         ready = simulator.options(start.scale, **options)
         engine = simulator.integrator
         arguments = start.state, start.parameters, ready
@@ -94,7 +95,7 @@ def named(seconds: float = 1.0) -> dict[str, dict[str, float]]:
     options = {name: value for name, value in given.items() if name != "state"}
     state, stiffness = given["state"], options.pop("parameters")
     simulator = Simulator(mechanism, chosen)
-    start = simulator.start(state, stiffness)
+    start = simulator.start(simulator.at(state, stiffness))
     arguments = start.state, start.parameters, simulator.options(start.scale, **options)
     engine = simulator.integrator
     calls: dict[str, Callable[[], Any]] = {

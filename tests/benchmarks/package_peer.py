@@ -101,7 +101,8 @@ class PackagePeer:
         given |= {"x_dot": given.get("slip_velocity", 0.0)}
         self.start = {n: given.get(n, 0.0) for n in mechanism.state_names}
         self._engine = self.simulator.integrator
-        begin = self.simulator.start(self.start, self._setup.parameters)
+        place = self.simulator.at(self.start, self._setup.parameters)
+        begin = self.simulator.start(place)
         self._state, self._scale, self._parameters = begin.state, begin.scale, begin.parameters
         self._options: RunOptions | None = None
         automaton = self.simulator.contact.automaton

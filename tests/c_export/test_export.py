@@ -94,7 +94,8 @@ def test_export_states_and_tolerances_of_any_start_are_the_packages(bouncing, pr
         for _ in range(50):
             motion = rng.normal(size=4) * 10.0 ** rng.integers(-12, 3)
             names = simulator.mechanism.state_names
-            start = simulator.prepared(dict(zip(names, motion, strict=True)), values)[0]
+            given = dict(zip(names, motion, strict=True))
+            start = simulator.prepared(simulator.at(given, values))[0]
             whole = start.state
             x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
             x[:4] = motion
@@ -288,7 +289,7 @@ def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kin
     for _ in range(50):
         motion = rng.normal(size=6) * 10.0 ** rng.integers(-12, 3)
         given = dict(zip(simulator.mechanism.state_names, motion, strict=True))
-        start = simulator.prepared(given, values)[0]
+        start = simulator.prepared(simulator.at(given, values))[0]
         whole = start.state
         x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
         x[:6] = motion

@@ -12,7 +12,6 @@ from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.export import export_scenario
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
-from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.study.scenario import Scenario
 from tests.support.exports import address, library
 
@@ -54,7 +53,7 @@ def states(mechanism, count):
         given = {name: float(rng.uniform(0.1, 4)) for name in friction if name in names}
         if k % 2:
             state |= {name: 0.0 for name in state if name.endswith("_dot")}
-        yield state, resolve_parameters("test", mechanism.system.parameters, given)
+        yield state, mechanism.at(state, given).parameters
 
 
 def test_contact_problem_coefficients_and_case_are_the_packages(exported):

@@ -34,13 +34,13 @@ def case(tmp_path_factory):
     )
     scenario = Scenario(str(path), law="linear", state={"h": 0.0, "names_dot": 1.0}, t_end=1e-3)
     simulator = simulator_of(scenario.mechanism(), scenario.contact_law())
-    trajectory = scenario.simulate()
+    trajectory, place = scenario.simulate(), simulator.at(scenario.start())
     return export.Case(
         name="plain",
         simulator=simulator,
         engine_name=trajectory.engine,
         trajectory=trajectory,
-        motion=simulator.start(scenario.start()).state[: len(simulator.mechanism.state_names)],
+        motion=simulator.start(place).state[: len(place.state)],
         t_end=1e-3,
         rtol=scenario.rtol,
         until=(),

@@ -79,7 +79,8 @@ def refusal(simulators, state, change, force):
     """Return what the package says of a start, for the first motion that rejects it."""
     for i, simulator in enumerate(simulators):
         try:
-            simulator.start({**state, **change}, initial_force=None if simulator.rigid else force)
+            place = simulator.at({**state, **change})
+            simulator.start(place, None if simulator.rigid else force)
         except InputError as error:
             return {"change": change, "force": force, "motion": i, "message": str(error)}
     raise AssertionError(f"not rejected: {change}")

@@ -100,7 +100,7 @@ def test_bounces_that_die_out_keep_the_energy_and_leave_a_body_at_rest(engine):
 
 def with_free_works(simulator):
     """Return tolerances that leave the works out of the step control."""
-    start = simulator.start(model("strut").start, JAM)
+    start = simulator.start(simulator.at(None, JAM))
     free = [name in LOSSES for name in simulator.outline.state_names]
     return np.where(free, np.inf, 1e-11 * start.scale)
 
@@ -152,7 +152,7 @@ def test_rows_of_a_batch_have_the_residual_of_their_ends(engine):
         run = simulator.run(row, **options)
         terms = run.energies([0.0, run.final_time])
         change = float(np.diff(terms.pop("total"))[0])
-        scale = simulator.start(row).scale[run.state_names.index(LOSSES[0])]
+        scale = simulator.start(simulator.at(row)).scale[run.state_names.index(LOSSES[0])]
         terms["potential_energy"] -= terms["potential_energy"][0]
         size = max(scale, *(abs(v).max() for v in terms.values()))
         assert residual == pytest.approx(abs(change) / size, rel=1e-6, abs=1e-15)

@@ -60,10 +60,10 @@ def test_every_start_that_is_admitted_has_positive_scales(name, kind):
 
 def test_an_initial_force_is_carried_at_the_start():
     simulator = Simulator(model("rod"), law("bilinear-hertz"))
-    start = simulator.start(IMPACT, {"E": 20.9e14}, 25.0)
+    start = simulator.start(simulator.at(IMPACT, {"E": 20.9e14}), 25.0)
     run = simulator.run(IMPACT, parameters={"E": 20.9e14}, initial_force=25.0, t_end=1e-9)
     assert run.values("normal_force", 0.0) == pytest.approx(25.0, rel=1e-12)
-    depth = simulator.compression_of_force(25.0, start.values)
+    depth = simulator.compression_of_force(25.0, start.place.parameters)
     assert -start.state[simulator.outline.state_names.index(simulator.contact.rows[0].gap)] == depth
 
 
@@ -72,16 +72,18 @@ def test_an_initial_force_is_carried_at_the_start():
     [({"x_A_dott": 1.0}, "unknown state"), ({"theta": np.nan}, "got nan"), ({"theta": 4.0}, "> 0")],
 )
 def test_a_refused_start_says_why(state, message):
+    simulator = Simulator(model("rod"), law("rigid"), "erk")
     with pytest.raises(InputError, match=message):
-        Simulator(model("rod"), law("rigid"), "erk").start(state)
+        simulator.start(simulator.at(state))
 
 
 def test_whole_numbers_and_numpy_numbers_are_taken_as_floats():
     simulator = Simulator(model("rod"), law("rigid"), "erk")
-    start = simulator.start({"theta": 1, "x_A_dot": np.float64(-1.0)}, {"mu": np.int64(1)})
-    plain = simulator.start({"theta": 1.0, "x_A_dot": -1.0}, {"mu": 1.0})
+    place = simulator.at({"theta": 1, "x_A_dot": np.float64(-1.0)}, {"mu": np.int64(1)})
+    start = simulator.start(place)
+    plain = simulator.start(simulator.at({"theta": 1.0, "x_A_dot": -1.0}, {"mu": 1.0}))
     assert start.state.tobytes() == plain.state.tobytes()
-    assert {type(v) for v in start.values.values()} == {float}
+    assert {type(v) for v in start.place.parameters.values()} == {float}
 
 
 def test_steps_and_events_are_read_once_and_survive_pickling():

@@ -11,7 +11,6 @@ import numpy as np
 
 from painleve_sym.choices import Friction, Policy, Reload, Restitution
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.contacts.inputs import symbol_values
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import NAMES, derived
@@ -101,8 +100,7 @@ def _start(sim: Simulator, rng: np.random.Generator) -> tuple[dict[str, float], 
             parameters[p.name] *= spread(rng, 0.5, 2.0)
     if "phi_0" in parameters:  # the guide holds the rod at this angle
         return state | {"phi_dot": 0.0}, parameters | {"phi_0": state["phi"]}
-    symbols = symbol_values(m, state, parameters)
-    gap = min(float(numbers([c.gap], symbols)[0]) for c in m.contacts)
+    gap = min(float(numbers([c.gap], state | parameters)[0]) for c in m.contacts)
     above = spread(rng, 1e-7, 0.03) if rng.random() < 0.4 else 0.0
     for name in FALLS:
         if name in state:

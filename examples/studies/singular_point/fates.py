@@ -23,7 +23,6 @@ from matplotlib.figure import Figure
 
 import painleve_sym as ps
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.contacts.inputs import symbol_values
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
 
@@ -43,7 +42,7 @@ PARAMETERS = {p.name: p.default for p in ROD.system.parameters}
 def value(expr: Any, state: dict[str, float], mu: float) -> float:
     """Return an expression of the rod at a state."""
     full = dict.fromkeys(ROD.state_names, 0.0) | state
-    return float(numbers([expr], symbol_values(ROD, full, PARAMETERS | {"mu": mu}))[0])
+    return float(numbers([expr], full | PARAMETERS | {"mu": mu})[0])
 
 
 def root(f: Any, low: float, high: float) -> float:

@@ -13,12 +13,12 @@ from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.contact_numbers import argument_names, argument_symbols
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
-from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.notebooks import Shown
 from painleve_sym.units import Value
 
@@ -202,17 +202,20 @@ def evaluate_jump(
     law = restitution
     if not isinstance(law, RestitutionLaw):
         law = restitution_law(chosen(Restitution, law, "restitution law", "jump"))
-    where = f"jump of mechanism {mechanism.name!r}"
     mechanism.require_one_contact()
-    declared = (*mechanism.outline.parameters, law.parameter)
-    given = resolve_parameters(where, declared, parameters)
-    state = mechanism.start if state is None else state
-    start = resolve_state(mechanism, state, given, close)
-    return _jump(mechanism, law, {**start, **given}, where)
+    declared = ParameterSet(*mechanism.outline.parameters, law.parameter)
+    checks = {"declared": declared, "where": _where(mechanism)}
+    return jump_at(inside(place_of(mechanism, state, parameters, close, **checks)), law)
 
 
-def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str) -> JumpResult:
-    at = _jump_numbers(mechanism)(values)
+def _where(mechanism: Mechanism) -> str:
+    return f"jump of mechanism {mechanism.name!r}"
+
+
+def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
+    """Return the jump at a place with the law's coefficient; see `evaluate_jump`."""
+    mechanism, values = place.mechanism, place.values
+    where, at = _where(mechanism), _jump_numbers(mechanism)(values)
     v_n, v_t = (_contact_velocity(mechanism, values, at, row) for row in ("n", "t"))
     if v_n > 0:
         raise InputError(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import closed_contacts
 from painleve_sym.contacts.contact_numbers import (
@@ -16,11 +16,10 @@ from painleve_sym.contacts.contact_numbers import (
     argument_names,
     argument_symbols,
 )
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.declarations import resolve_parameters
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism, Place
 
 _SLIP_VELOCITY = "v_t"
 """Name of the slip velocity in the closed forms."""
@@ -102,15 +101,17 @@ def tangential_impact(
     >>> impact.energy_change < 0
     True
     """
-    mechanism = as_mechanism(mechanism)
+    return tangential_impact_at(inside(place_of(mechanism, state, parameters)))
+
+
+def tangential_impact_at(place: Place) -> TangentialImpact:
+    """Return the tangential impact at a place; see `tangential_impact`."""
+    mechanism = place.mechanism
     where = f"jump of mechanism {mechanism.name!r}"
-    declared = mechanism.outline.parameters
-    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters)
-    start = resolve_state(mechanism, state, values)
     mechanism.require_one_contact()
     if not mechanism.outline.contacts[0].bilateral:
         raise InputError(f"{where}: its contact can open. Fix: use evaluate_jump.")
-    at = all_contact_numbers(mechanism, {**start, **values})
+    at = all_contact_numbers(mechanism, place.values)
     closed_contacts(where, mechanism, at)
     problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, np.array([True]))
     slip = problem.slip_direction
@@ -123,7 +124,7 @@ def tangential_impact(
             "the slip has one solution with finite forces. Fix: integrate on, or raise mu."
         )
     results = _impulse_numbers(mechanism)(
-        {**start, **values, _SLIP_VELOCITY: problem.slip_velocity.item()}
+        {**place.values, _SLIP_VELOCITY: problem.slip_velocity.item()}
     )
     # Adding 0.0 turns -0.0 into 0.0.
     P_n, P_t, loss, *velocity = (v + 0.0 for v in results.values())
@@ -133,7 +134,7 @@ def tangential_impact(
         slip=slip,
         normal_impulse=P_n,
         tangential_impulse=P_t,
-        velocity_before={n: start[n] for n in names},
+        velocity_before={n: place.state[n] for n in names},
         velocity=dict(zip(names, velocity, strict=True)),
         energy_change=-loss,
         case=problem.case,

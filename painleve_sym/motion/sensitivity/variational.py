@@ -59,7 +59,7 @@ def differentiated(
     **options: Any,
 ) -> SensitiveTrajectory:
     """Return the motion with its derivatives; see `Simulator.sensitivities`."""
-    start = simulator.start(state, parameters, initial_force)
+    start = simulator.start(simulator.at(state, parameters), initial_force)
     key = wrt, initial_force is not None
     known: dict[Any, Directions] = simulator.directions
     directions = known.get(key)
@@ -221,7 +221,7 @@ class Directions:
             if i is not None:
                 sizes.append(max(abs(float(start.state[i])), float(scale[i])))
             else:
-                value = force if name == INITIAL_FORCE else start.values[name]
+                value = force if name == INITIAL_FORCE else start.place.parameters[name]
                 sizes.append(abs(value or 0.0) or 1.0)
         return np.array(sizes)
 
@@ -263,7 +263,7 @@ class Directions:
         if not self.functions.struck_states:
             return None
         return SensitiveImpacts(
-            **self.simulator.resolver_inputs(start.values, options),
+            **self.simulator.resolver_inputs(start.place.parameters, options),
             functions=self.functions,
             constants=self.engine.constants(start.parameters),
             sizes=sizes,

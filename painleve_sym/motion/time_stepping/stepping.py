@@ -32,10 +32,9 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.codegen.bridge import Translator
 from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import inside
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS, Answer, Impulse
 
@@ -222,13 +221,11 @@ class TimeStepper:
         e_newton: float,
         max_solves: int,
     ) -> tuple[_Stepping, Array]:
-        declared = self.mechanism.system.parameters
-        values = resolve_parameters(self.where, declared, parameters)
-        named = resolve_state(self.mechanism, state, values)
-        start = np.array([named[name] for name in self.mechanism.state_names])
-        at = contact_numbers(self.mechanism)({**named, **values})
+        place = inside(self.mechanism.at(state, parameters, where=self.where))
+        start = np.array(list(place.state.values()))
+        at = contact_numbers(self.mechanism)(place.values)
         closed = at["gap_tolerance"]
-        stepping = _Stepping(self, values, SOLVERS[solver], e_newton, max_solves, closed)
+        stepping = _Stepping(self, place.parameters, SOLVERS[solver], e_newton, max_solves, closed)
         gap = at["gap"]
         if not gap >= -closed:
             raise InputError(

@@ -18,10 +18,9 @@ from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import inside
 from painleve_sym.contacts.problem import ContactCase, ContactSolution
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.time_stepping.stepping import TimeStepper
 from painleve_sym.study.compare.methods import AccelerationLevel, Answer, Case
@@ -207,8 +206,8 @@ def compare(
     softened, exponent = case.softened_answers(stiffness)
     return Comparison(
         mechanism=mechanism.name,
-        state=case.state,
-        parameters=case.parameters,
+        state=case.place.state,
+        parameters=case.place.parameters,
         e=e,
         t_end=t_end,
         acceleration_level=level,
@@ -229,7 +228,6 @@ def _case(
     t_end: float,
     engine: EngineLike,
 ) -> Case:
-    declared = mechanism.system.parameters
     names = [contact.name for contact in mechanism.contacts]
     if len(names) > 1:
         raise InputError(
@@ -244,15 +242,14 @@ def _case(
             "and compliant motion need one that can open. Fix: use classify, jump and "
             "simulate --law rigid."
         )
-    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters)
-    start = resolve_state(mechanism, state, values)
-    return Case(mechanism, start, values, e, t_end, engine)
+    return Case(inside(mechanism.at(state, parameters)), e, t_end, engine)
 
 
 def _first_steps(stepper: TimeStepper, case: Case, steps: Sequence[float]) -> tuple[FirstStep, ...]:
     first_steps = []
     for h in steps:
-        problem = stepper.first_problem(case.state, h, e_newton=case.e, parameters=case.parameters)
+        state, parameters = case.place.state, case.place.parameters
+        problem = stepper.first_problem(state, h, e_newton=case.e, parameters=parameters)
         if problem is not None:
             first_steps.append(FirstStep(h, problem.solutions()))
     return tuple(first_steps)

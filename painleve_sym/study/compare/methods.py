@@ -15,18 +15,17 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
-from painleve_sym.contacts.classify import Classification, classify
+from painleve_sym.contacts.classify import Classification, classify_at
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
-from painleve_sym.contacts.inputs import symbol_values
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import resolve_parameters
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.declarations import ParameterSet
+from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.singular_limit import SingularLimit
@@ -112,25 +111,27 @@ class Answer:
 class Case:
     """One state with its parameters, complete and checked."""
 
-    mechanism: Mechanism
-    state: dict[str, float]
-    parameters: dict[str, float]
+    place: Place
     e: float
     t_end: float
     engine: EngineLike
 
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.place.mechanism
+
     @cached_property
     def closed_at_rest(self) -> tuple[bool, bool]:
         """Whether the gap of the start is 0, and whether its normal velocity is."""
-        at = contact_numbers(self.mechanism)({**self.state, **self.parameters})
+        at = contact_numbers(self.mechanism)(self.place.values)
         return abs(at["gap"]) <= at["gap_tolerance"], abs(at["gap_rate"]) <= at["rate_tolerance"]
 
     @cached_property
     def contact_velocities(self) -> Array:
         """Normal and slip velocity of the start; m/s."""
         contact = self.mechanism.contact
-        symbols = symbol_values(self.mechanism, self.state, self.parameters)
-        return numbers([contact.gap_rate, contact.slip_velocity], symbols)
+        return numbers([contact.gap_rate, contact.slip_velocity], self.place.values)
 
     @cached_property
     def velocities(self) -> tuple[str, ...]:
@@ -146,7 +147,8 @@ class Case:
     ) -> None:
         """Raise InputError for whatever cannot be used, before anything is computed."""
         where = f"contrast of {self.mechanism.name!r}"
-        resolve_parameters(where, [restitution_law(RULES[0]).parameter], {"e_energetic": self.e})
+        e = restitution_law(RULES[0]).parameter
+        ParameterSet(e).values(where, {e.name: self.e})
         for name, values in (("steps", steps), ("stiffness", stiffness), ("solvers", solvers)):
             if not values:
                 raise InputError(f"{where}: {name}: got none, need at least one.")
@@ -157,7 +159,7 @@ class Case:
             stepper.check(step, self.t_end)
         young = next(p for p in compliant_law("bilinear-hertz").parameters if p.name == "E")
         for value in stiffness:
-            resolve_parameters(f"{where}: stiffness", [young], {"E": value})
+            ParameterSet(young).values(f"{where}: stiffness", {"E": value})
 
     # ---- accelerations and jumps ----
 
@@ -165,7 +167,7 @@ class Case:
         """Return the contact problem of the state, solved; None where there is none."""
         if not all(self.closed_at_rest):
             return None
-        classification = classify(self.mechanism, self.state, parameters=self.parameters)
+        classification = classify_at(self.place)
         lcp = classification.problem.lcp()
         return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
@@ -176,9 +178,9 @@ class Case:
         jumps = {}
         for name, e in (("e", self.e), ("plastic", 0.0)):
             try:
-                given = {**self.parameters, "e_energetic": e}
+                given = {**self.place.parameters, "e_energetic": e}
                 jumps[name] = evaluate_jump(
-                    self.mechanism, "energetic", self.state, parameters=given
+                    self.mechanism, "energetic", self.place.state, parameters=given
                 )
             except InputError:  # the state is not an impact: the contact problem says what it is
                 return {}
@@ -193,8 +195,8 @@ class Case:
         for rule in RULES:
             for policy in Policy if several else (Policy.LIFTOFF,):
                 simulator = Simulator(self.mechanism, RigidLaw(rule, policy), self.engine)
-                given = {**self.parameters, f"e_{rule}": self.e}
-                run = simulator.run(self.state, parameters=given, t_end=self.t_end)
+                given = {**self.place.parameters, f"e_{rule}": self.e}
+                run = simulator.run(self.place.state, parameters=given, t_end=self.t_end)
                 name = f"{rule}, {policy}" if several else rule
                 answer = self._answer("rigid", name, float("nan"), run)
                 total = answer.normal_impulse + _impulse_of_impacts(run)
@@ -207,8 +209,8 @@ class Case:
         simulator = Simulator(self.mechanism, chosen, self.engine)
         answers = []
         for value in stiffness:
-            given = {**self.parameters, "E": value, "e_energetic": self.e}
-            run = simulator.run(self.state, parameters=given, t_end=self.t_end)
+            given = {**self.place.parameters, "E": value, "e_energetic": self.e}
+            run = simulator.run(self.place.state, parameters=given, t_end=self.t_end)
             answers.append(self._answer("softened", chosen.name, value, run))
         constants = simulator.constants(simulator.parameters(given))
         return answers, float(numbers([chosen.exponent], constants)[0])
@@ -231,7 +233,7 @@ class Case:
             stop_reason=run.stop_reason,
             stop_detail=run.stop_detail,
             final_time=run.final_time,
-            state={n: run.final[n] for n in self.state},
+            state={n: run.final[n] for n in self.place.state},
             velocity={n: run.final[n] for n in self.velocities},
             normal_impulse=_impulse_of_forces(run),
             peak_force=float("nan") if rigid else float(np.max(outputs["normal_force"])),
@@ -255,12 +257,12 @@ class Case:
                         {"max_solves": MPCC_SOLVES} if solver == "mpcc" else {}
                     )
                     run = stepper.run(
-                        self.state,
+                        self.place.state,
                         step=h,
                         t_end=self.t_end,
                         solver=solver,
                         e_newton=self.e,
-                        parameters=self.parameters,
+                        parameters=self.place.parameters,
                         **options,
                     )
                     if solver not in SINGLE and np.all(run.solutions_found <= 1):
@@ -295,7 +297,7 @@ class Case:
             return "open"
         if normal == 0:
             return "liftoff"
-        mu = self.parameters[str(self.mechanism.contact.friction)]
+        mu = self.place.parameters[str(self.mechanism.contact.friction)]
         # Round-off of the solvers; sticking on the edge of the cone counts as slip.
         return "stick" if abs(tangential) < mu * normal * (1 - 1e-9) else "slip"
 
@@ -319,18 +321,16 @@ class Case:
     def mass(self) -> Array:
         """M at the start, shape (n, n)."""
         M = self.mechanism.system.mass_matrix
-        symbols = symbol_values(self.mechanism, self.state, self.parameters)
-        return numbers(list(M), symbols).reshape(M.shape)
+        return numbers(list(M), self.place.values).reshape(M.shape)
 
     @cached_property
     def normal_mobility(self) -> float:
         """W_nn at the start; 1/kg."""
-        symbols = symbol_values(self.mechanism, self.state, self.parameters)
-        return float(numbers([self.mechanism.coefficients.W_nn], symbols)[0])
+        return float(numbers([self.mechanism.coefficients.W_nn], self.place.values)[0])
 
     def _distance(self, a: Answer, rigid: Answer) -> float:
         ends = [np.array([x.velocity[n] for n in self.velocities]) for x in (a, rigid)]
-        begin = np.array([self.state[n] for n in self.velocities])
+        begin = np.array([self.place.state[n] for n in self.velocities])
         # Beyond 1e154 m/s an energy has no number, and neither has the distance: inf or nan.
         with np.errstate(over="ignore", invalid="ignore"):
             difference, *sizes = (

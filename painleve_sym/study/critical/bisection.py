@@ -200,7 +200,7 @@ class CriticalForceFinder:
         rtol: float,
     ) -> _Start:
         simulator = self.simulator
-        start = simulator.start(state, parameters)
+        start = simulator.start(simulator.at(state, parameters))
         options = simulator.options(
             start.scale,
             t_end=self.t_end,
@@ -211,7 +211,7 @@ class CriticalForceFinder:
         )
         options = replace(options, start_events=True)
         law = simulator.contact_law
-        constants = simulator.constants(start.values)
+        constants = simulator.constants(start.place.parameters)
         stiffness, exponent = numbers([law.stiffness, law.exponent], constants)
         given = start.state, start.parameters
         return _Start(simulator, *given, options, float(stiffness), float(exponent))

@@ -15,7 +15,7 @@ from typing import Any
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import inside
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
 from painleve_sym.laws import saddle as symbols
@@ -266,8 +266,8 @@ class SlidingAnalysis:
         """Return the sliding solution and the gap, 0 where it is 0 but for rounding."""
         simulator = self.simulator
         mechanism = simulator.mechanism
-        values = simulator.parameters(parameters)
-        start = resolve_state(mechanism, state, values)
+        place = inside(simulator.at(state, parameters))
+        start, values = place.state, place.parameters
         constants = simulator.constants(values)
         problem = contact_problem(mechanism, start, values)
         numbers = {**start, **constants}

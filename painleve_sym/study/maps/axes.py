@@ -15,9 +15,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of, number, whole_number
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.closing import closed_states, unknowns
-from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 
 MIN_POINTS, MAX_POINTS = 5, 2000
@@ -56,7 +55,7 @@ class MapPlace:
 
     def held_symbols(self) -> dict[Any, float]:
         """Return the held numbers by symbol."""
-        return symbol_values(self.mechanism, self.state, self.parameters)
+        return _by_symbol(self.mechanism, {**self.state, **self.parameters})
 
     def at(self, first: Array, second: Array) -> dict[Any, Any]:
         """Return the values of all symbols at points of the map, nan for what does not close."""
@@ -118,11 +117,10 @@ def map_place(
     for name in ranges:
         if name not in axes:
             raise InputError(f"{where}: range: {unknown_name('axis', name, axes)}")
-    values = resolve_parameters(where, mechanism.system.parameters, parameters)
-    # The domain may depend on the axes: points outside are masked, not rejected.
-    free = dataclasses.replace(mechanism, domain=())
     held = mechanism.start if state is None else state
-    start = resolve_state(free, {n: v for n, v in held.items() if n not in axes}, values)
+    # The domain may depend on the axes: points outside are masked, not rejected.
+    place = mechanism.at({n: v for n, v in held.items() if n not in axes}, parameters, where=where)
+    start, values = place.state, place.parameters
     spans = [
         _checked_range(mechanism, where, name, ranges[name])
         if name in ranges
@@ -237,11 +235,17 @@ def default_range(
         return -1.0, 1.0
     angles = np.linspace(-math.pi, math.pi, 721)
     if mechanism.domain:
-        symbols = {**symbol_values(mechanism, state, parameters), coordinate.symbol: angles}
+        symbols = {**_by_symbol(mechanism, {**state, **parameters}), coordinate.symbol: angles}
         margins = Pointwise([b.margin for b in mechanism.domain], tuple(symbols), engine="casadi")
         inside = angles[(margins(symbols) > 0).all(axis=0)]
         angles = inside if len(inside) > 1 else angles
     return float(angles[0]), float(angles[-1])
+
+
+def _by_symbol(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Any, Any]:
+    """Return the values of states and parameters, those that are given, by their symbols."""
+    symbols = (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
+    return {s: values[s.name] for s in symbols if s.name in values}
 
 
 def parameter_range(parameter: Parameter) -> tuple[float, float]:

@@ -12,7 +12,6 @@ from scipy.optimize import minimize
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.bridge import Translator
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 
 _STARTS = 24
@@ -53,7 +52,7 @@ def least_critical_friction(
     parameters, and where no configuration in contact has W_nt ≠ 0.
     """
     where = f"least critical friction of {mechanism.name!r}"
-    values = resolve_parameters(where, mechanism.system.parameters, parameters)
+    values = mechanism.at(None, parameters, where=where).parameters
     c, q = mechanism.coefficients, mechanism.system.q
     x = ca.SX.sym("q", len(q))
     table = {s: x[i] for i, s in enumerate(q)}
