@@ -18,13 +18,15 @@ from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.classify import held_faults
 from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.inputs import closed_place, inside
-from painleve_sym.contacts.model import CONTACT, ContactModel
+from painleve_sym.contacts.model import CONTACT
 from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
+from painleve_sym.hooks import upper
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
@@ -156,9 +158,9 @@ class Simulator:
         return tuple(self.law[name] for name in names)
 
     @cached_property
-    def contact(self) -> ContactModel:
+    def contact(self) -> ContactDerivation:
         """The contact or contacts, joined with their laws."""
-        return ContactModel(self.mechanism, self.laws)
+        return ContactDerivation(self.mechanism, self.laws)
 
     @property
     def automaton(self) -> HybridAutomaton:
@@ -584,8 +586,6 @@ class Simulator:
         InputError
             As for `run`; unknown names of directions.
         """
-        from painleve_sym.motion.sensitivity.variational import differentiated
-
         options: dict[str, Any] = {
             "parameters": self.given(parameters, law_parameters),
             "initial_force": initial_force,
@@ -600,7 +600,8 @@ class Simulator:
             "max_events": max_events,
         }
         directions = names_of(wrt, f"{self.where}: wrt", "mu,theta")
-        return differentiated(self, state, directions, **options)
+        result: SensitiveTrajectory = upper("sensitivities")(self, state, directions, **options)
+        return result
 
     @cached_property
     def directions(self) -> dict[Any, Any]:
