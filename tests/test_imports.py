@@ -15,7 +15,7 @@ class Imports(ast.NodeVisitor):
     """Imports of one module of the package that run, with their lines; those for types are none."""
 
     def __init__(self, name: str, modules: set[str]) -> None:
-        self.name, self.modules, self.found = name, modules, dict[str, int]()
+        self.name, self.modules, self.imports = name, modules, dict[str, int]()
 
     def visit_If(self, node: ast.If) -> None:
         typed = ast.unparse(node.test)
@@ -44,7 +44,7 @@ class Imports(ast.NodeVisitor):
     def _add(self, module: str, line: int) -> None:
         # The package itself stands above all stages; what is taken from it is its version.
         if module in self.modules and module not in (self.name, PACKAGE):
-            self.found[module] = line
+            self.imports[module] = line
 
 
 def imports_of(root: Path) -> dict[str, dict[str, int]]:
@@ -57,7 +57,7 @@ def imports_of(root: Path) -> dict[str, dict[str, int]]:
     for name, path in paths.items():
         reader = Imports(name, set(paths))
         reader.visit(ast.parse(path.read_text("utf-8")))
-        every[name] = reader.found
+        every[name] = reader.imports
     del every[PACKAGE]
     return every
 

@@ -16,6 +16,7 @@ import painleve_sym
 from painleve_sym.checks import by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.inputs import inside, place_of
+from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.errors import InputError
 from painleve_sym.escape import html_json, html_text
 from painleve_sym.explorer.prebuilt import Laws, default_law, stored_module
@@ -25,7 +26,6 @@ from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import open_from
-from painleve_sym.motion.simulator import DEFAULT_RTOL
 from painleve_sym.motion.trajectory import StoredRecord, Trajectory
 from painleve_sym.units import Value
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import painleve_sym as ps
+from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.errors import CompilerMissing
 from painleve_sym.explorer import page, script, wasm
 from painleve_sym.explorer.first_map import first_map
@@ -19,7 +20,6 @@ from painleve_sym.explorer.prebuilt import STORED, default_law, stored_digest, s
 from painleve_sym.explorer.source import ModuleSource
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice
-from painleve_sym.motion.simulator import DEFAULT_RTOL
 from tests.cli.cli_helpers import run, run_json
 from tests.support.exports import SLEDGE
 
