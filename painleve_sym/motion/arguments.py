@@ -81,8 +81,9 @@ def separated(
         raise InputError(f"{where}: {unknown_name('argument', unknown, sorted(_KNOWN[kind]))}")
     if "t_end" not in given:
         raise InputError(f"{where}: t_end: got none, need the end of the motion. Fix: t_end=0.1.")
-    settings = {name: given[name] for name in given if name in _SETTINGS}
-    others = {name: given[name] for name in given if name not in _SETTINGS}
+    settings, others = dict[str, Any](), dict[str, Any]()
+    for name, value in given.items():
+        (settings if name in _SETTINGS else others)[name] = value
     return RunSettings.of(where, settings), others
 
 

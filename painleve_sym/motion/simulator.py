@@ -397,7 +397,7 @@ class Simulator:
         initial_force: float | None = None,
         close: str | None = None,
     ) -> Start:
-        """Return the start of a run from the arguments of `simulate` that are no settings."""
+        """Return the start of a run from the arguments of `simulate` besides its settings."""
         place = self.at(state, parameters, law_parameters, material, close)
         start = self.start(place, initial_force)
         return start if material is None else start._replace(materials=two_materials(material))

@@ -1,4 +1,4 @@
-"""Keyword arguments of runs: named once, known to editors and `help`, refused by name."""
+"""Keyword arguments of runs: named once, known to editors and `help`, rejected by name."""
 
 from __future__ import annotations
 
@@ -68,20 +68,20 @@ def test_signature_names_every_argument_with_its_default(function, kind):
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_unknown_argument_is_refused_with_the_nearest(name):
+def test_unknown_argument_is_rejected_with_the_nearest(name):
     with pytest.raises(ps.InputError, match=r"unknown argument 'rtoll'\. Did you mean 'rtol'\?"):
         CALLS[name](t_end=1e-3, rtoll=1e-9)
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_missing_end_is_refused(name):
+def test_missing_end_is_rejected(name):
     with pytest.raises(ps.InputError, match="t_end: got none, need the end of the motion"):
         CALLS[name]()
 
 
 @pytest.mark.parametrize("name", CALLS)
 @pytest.mark.parametrize(("bad", "value"), [("t_end", -1.0), ("rtol", 2.0), ("max_steps", 0)])
-def test_setting_out_of_range_is_refused_by_name(name, bad, value):
+def test_setting_out_of_range_is_rejected_by_name(name, bad, value):
     with pytest.raises(ps.InputError, match=f"'rod' with law 'hertz': {bad}: got"):
         CALLS[name](**{"t_end": 1e-3, bad: value})
 
