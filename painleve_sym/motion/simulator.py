@@ -19,9 +19,8 @@ from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.classify import held_faults
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.inputs import closed_place, inside
-from painleve_sym.contacts.model import CONTACT, ContactModel
+from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.terms import ContactImpacts
-from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
@@ -36,7 +35,6 @@ from painleve_sym.mechanics.materials import (
     two_materials,
 )
 from painleve_sym.mechanics.mechanism import Mechanism, Place
-from painleve_sym.motion.impact_resolver import ImpactResolver
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
@@ -103,7 +101,8 @@ class Simulator:
         One law for all contacts, or the law of each by the contact's name. Of several contacts,
         parameters of laws that are given by contact have its name behind theirs: ``E_A``.
     engine : {"auto", "compiled", "taylor", "erk"}
-        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler.
+        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler;
+        several contacts need one.
 
     Raises
     ------
@@ -280,9 +279,9 @@ class Simulator:
 
     @cached_property
     def impacts(self) -> ContactImpacts:
-        """Impacts of the rigid contacts of several."""
+        """Numbers of the contacts of several."""
         names, rows = self.outline.state_names, self.contact.rows
-        return ContactImpacts(self.mechanism, names, rows, self.rigid)
+        return ContactImpacts(self.mechanism, names, rows)
 
     # ---- the loading curves of compliant contacts ----
 
@@ -370,30 +369,12 @@ class Simulator:
             max_steps=max_steps,
             max_events=max_events,
         )
-        resolver = self._resolver(start, checked)
-        raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
-        resolved = resolver.impulses if resolver else ()
+        raw = self.integrator.run(start.state, start.parameters, checked)
         pair = None if material is None else two_materials(material)
-        trajectory = self.trajectory(raw, start, checked, resolved, pair)
+        trajectory = self.trajectory(raw, start, checked, pair)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.place.parameters)
         return trajectory
-
-    def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
-        """Return what answers for impacts of several contacts where the engine does not."""
-        if isinstance(self.integrator, CompiledEngine) or not self.strikes:
-            return None
-        return ImpactResolver(**self.resolver_inputs(start.place.parameters, options))
-
-    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
-        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
-        return {
-            "impacts": self.impacts,
-            "law": self.contact.rigid_law,
-            "target": [m.name for m in self.outline.modes].index(CONTACT),
-            "values": values,
-            "scale": options.atol / options.rtol,
-        }
 
     def at(
         self,
@@ -664,15 +645,14 @@ class Simulator:
         raw: RawRun,
         start: Start,
         options: RunOptions,
-        resolved: Sequence[tuple[float, ...]] = (),
         materials: tuple[Material, Material] | None = None,
     ) -> Trajectory:
-        """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
+        """Return a run as a trajectory."""
         return Trajectory(
             names=self.names,
             parameters=start.place.parameters,
             rtol=options.rtol,
-            record=RunRecord(self, start, raw, options, resolved, materials),
+            record=RunRecord(self, start, raw, options, materials),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,
