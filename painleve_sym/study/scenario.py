@@ -185,8 +185,9 @@ class Scenario:
             )
         own, given = self.parameters, self.law_parameters
         where, law_name = f"mechanism {mechanism.name!r}", f"law {self.law!r}"
-        provided = material_values(where, pair, declared, {*own, *varied})
-        provided_to_law = material_values(law_name, pair, of_law, {*given, *varied})
+        axes = dict.fromkeys(varied)
+        provided = material_values(where, pair, declared, {**axes, **own})
+        provided_to_law = material_values(law_name, pair, of_law, {**axes, **given})
         return self._with(
             parameters={**provided, **own}, law_parameters={**provided_to_law, **given}
         )

@@ -11,11 +11,12 @@ import sympy as sp
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import EventKind
-from painleve_sym.mechanics.materials import materials
+from painleve_sym.mechanics.materials import HERTZ_EXPONENT, materials
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import least_over_directions
 from painleve_sym.motion.finite_stiffness import CONFIGURATIONS, CorrectedJumpRule
 from painleve_sym.motion.rigidity import contact_durations
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.papers.impact_resolution.claims import SOFT, STIFF
 from painleve_sym.papers.impact_resolution.runs import Workbench, modulus_text
 from painleve_sym.papers.item import Outcome, checked, table
@@ -27,11 +28,21 @@ _PAPER = {"soft": SOFT, "stiff": STIFF}
 """Moduli of the paper."""
 
 
+def _contact(bench: Workbench, name: str) -> tuple[Simulator, dict[str, float]]:
+    """Return the rod and parameters: the paper's law and a modulus of it, or a material by Hertz's.
+
+    A modulus says what the stiffness is with Hertz's exponent alone.
+    """
+    if name in _PAPER:
+        return bench.simulator(), {"E": _PAPER[name]}
+    simulator = bench.simulator(exponent=HERTZ_EXPONENT)
+    return simulator, simulator.of_materials(name)
+
+
 def _case(bench: Workbench, name: str) -> dict[str, Any]:
     """Return the impact with one modulus of the paper, or at one material."""
-    simulator, state = bench.simulator(), bench.state(3)
-    material = materials().get(name)
-    given = simulator.of_materials(material) if material else {"E": _PAPER[name]}
+    simulator, given = _contact(bench, name)
+    material, state = materials().get(name), bench.state(3)
     values = simulator.parameters(given)
     run = simulator.run(
         state, t_end=T_END, parameters=given, material=material, until=EventKind.SEPARATION
@@ -94,14 +105,12 @@ def compute_physical(bench: Workbench) -> Outcome:
 
 def compute_physical_force(bench: Workbench) -> Outcome:
     """Set the critical force of Table 4 at every material beside the paper's modulus and F_n*."""
-    simulator, state = bench.simulator(), bench.state(4)
-    finder = CriticalForceFinder(simulator)
+    state = bench.state(4)
     limit = -bench.rigid(4).B / bench.rigid(4).A
     rows = list[list[Any]]()
     for name in (*_PAPER, *materials()):
-        material = materials().get(name)
-        given = simulator.of_materials(material) if material else {"E": _PAPER[name]}
-        force = finder.find(state, given, check_tolerance=False).value
+        simulator, given = _contact(bench, name)
+        force = CriticalForceFinder(simulator).find(state, given, check_tolerance=False).value
         rows.append([name, given["E"], force, force / limit])
     forces = {name: force for name, _, force, _ in rows}
     by_modulus = [force for *_, force, _ in sorted(rows, key=lambda row: float(row[1]))]
