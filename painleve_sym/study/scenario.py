@@ -243,10 +243,12 @@ class Scenario:
     # ---- questions ----
 
     @property
-    def friction_notice(self) -> str:
-        """Statement on the rigid contact problem under the friction law; empty for Coulomb's."""
+    def contact_notices(self) -> tuple[str, ...]:
+        """Sentences on the rigid contact problem: its friction law, bodies that have modes."""
         kind = offered_choices(self.contact_law()).get("friction") if self.law else None
-        return FRICTION_NOTICES.get(kind or "", "")
+        of_friction = FRICTION_NOTICES.get(kind or "")
+        own = (of_friction,) if of_friction else ()
+        return (*own, *self.mechanism().outline.truncation_notices)
 
     def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""

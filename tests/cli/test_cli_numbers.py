@@ -10,7 +10,6 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
-from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import TABLES
@@ -25,6 +24,7 @@ from tests.cli.cli_helpers import (
     run,
     run_json,
 )
+from tests.support.paper_law import paper_law
 
 STATE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 
@@ -112,7 +112,7 @@ def test_jump_text_lists_phases_and_velocities(capsys):
 def test_simulate_json_is_the_trajectory_of_the_package(capsys):
     options = (*STIFF, "--t-end", "0.01", "--until", "separation")
     data = run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
-    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"))
+    simulator = Simulator(model("rod"), paper_law(reload="virgin"))
     parameters = {"E": 20.9e14, "e_energetic": 0.75}
     expected = simulator.run(
         STATE_3, t_end=0.01, parameters=parameters, until="separation"

@@ -14,7 +14,6 @@ from scipy.optimize import brentq
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, ModelError
-from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.bars import (
     MAX_MODES,
     axial_modes,
@@ -28,6 +27,7 @@ from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import by_symbol, random_numbers
+from tests.support.paper_law import paper_law
 
 # ---- uniform bars ----
 
@@ -287,7 +287,7 @@ def test_bar_that_is_too_thick_for_its_length_is_outside_the_model():
 
 # ---- motion ----
 
-HERTZ = law("bilinear-hertz")
+HERTZ = paper_law()
 TABLE_3 = {"theta": 1.0, "x_A_dot": -1.0, "theta_dot": 1.0}
 
 

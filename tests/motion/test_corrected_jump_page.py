@@ -17,6 +17,7 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.finite_stiffness import CorrectedJumpRule
 from painleve_sym.motion.frozen_impact import FrozenImpactSolver
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "corrected-jump.md").read_text("utf-8")
@@ -38,7 +39,7 @@ def table(beginning):
 @pytest.fixture(scope="module")
 def rules():
     """Return rebounds (velocities by rule) as a function of the modulus."""
-    rod, contact = model("rod"), law("bilinear-hertz")
+    rod, contact = model("rod"), paper_law()
     rule, simulator = CorrectedJumpRule(rod, contact), Simulator(rod, contact)
     classical = evaluate_jump(rod, "energetic", TABLE_3).velocity
     defaults = {p.name: p.default for p in (*rod.system.parameters, *contact.parameters)}
@@ -104,7 +105,7 @@ def test_drift_is_a_sixtieth_of_the_first_term():
 
 
 def test_reverse_slip_of_the_limit_study_has_the_printed_durations(rules):
-    rod, contact = model("rod"), law("bilinear-hertz")
+    rod, contact = model("rod"), paper_law()
     run = Simulator(rod, contact).run(
         TABLE_3, t_end=1.0, parameters={"E": LIMIT_STUDY}, until="separation"
     )
