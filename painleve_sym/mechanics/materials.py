@@ -13,7 +13,6 @@ from typing import Any
 from painleve_sym.checks import text_of
 from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.units import in_unit
 
 DATA = "materials.toml"
 
@@ -205,7 +204,7 @@ def material_values(
     where: str,
     pair: tuple[Material, Material],
     declared: Sequence[Parameter],
-    given: Mapping[str, Any],
+    given: Mapping[str, Any] = MappingProxyType({}),
 ) -> dict[str, float]:
     """Return the values that materials give to the parameters that stand for their properties.
 
@@ -236,8 +235,6 @@ def _check_exponent(
     where: str, pair: tuple[Material, Material], exponent: Parameter, value: Any
 ) -> None:
     """Raise InputError where materials meet an exponent with which their modulus means nothing."""
-    if isinstance(value, str):
-        value = in_unit(value, exponent.unit, f"{where}: parameter {exponent.name}")
     if isinstance(value, float) and value == HERTZ_EXPONENT:
         return
     names = " and ".join(dict.fromkeys(m.name for m in pair))
