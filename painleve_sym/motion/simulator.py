@@ -338,8 +338,8 @@ class Simulator:
         Examples
         --------
         >>> from painleve_sym import Simulator, laws, models
-        >>> simulator = Simulator(models.rod(), laws.bilinear_hertz(E=20.9e14, reload="virgin"))
-        >>> run = simulator.run({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, t_end=1e-3)
+        >>> simulator = Simulator(models.rod(), laws.bilinear_hertz(E=209e9))
+        >>> run = simulator.run({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, t_end=1e-2)
         >>> [str(event.kind) for event in run.events[:2]]
         ['slip_stop', 'max_compression']
         """
