@@ -20,6 +20,8 @@ from painleve_sym.mechanics.mechanism import Mechanism
 
 TOUCHING = 1e-10
 """Of the scale of a gap and of its rate: contacts that touch down together do so to this part."""
+_ROUNDING = 1e-12
+"""Of the sum of the terms of a velocity: less is rounding."""
 
 
 class ContactTerms(NamedTuple):
@@ -150,6 +152,11 @@ class ContactImpacts:
         """Return gaps, gap rates and slip velocities, each of shape (n,)."""
         return state[self.places].T
 
+    def collides(self, state: Array) -> bool:
+        """Return whether a closed rigid contact approaches."""
+        gaps, rates, _ = state[self.places[list(self.rigid)]].T
+        return bool(np.any((gaps <= 0) & (rates < 0)))
+
     def touching(self, state: Array, scale: Array, values: Mapping[str, float]) -> Array:
         """Return the state with gaps that close at the same instant, but for rounding, as 0.
 
@@ -214,7 +221,8 @@ class ContactImpacts:
         """Return the state with contacts closed: gap and normal velocity 0, by impulses.
 
         They are those whose gap and normal velocity are all but 0. Those at rest stay closed with
-        them, guides too. `values` are the parameters.
+        them, guides too. The others move as the coordinates do, whose velocities are what stops.
+        `values` are the parameters.
         """
         contacts, terms = self.closing(state, contacts), self.terms(state, values)
         rows = self.closing_rows(state, terms, contacts)
@@ -226,6 +234,10 @@ class ContactImpacts:
         works = impulses * terms.velocity / 2
         after[self._index[CONTACT_LOSS]] -= works[self._at.normals].sum()
         after[self._index[FRICTION_LOSS]] -= works[self._at.tangentials].sum()
+        others = self._at.of_contacts([i for i in self.rigid if i not in contacts])
+        moved = np.column_stack([terms.velocity, terms.W * impulses])[others]
+        resolved = np.abs(moved.sum(axis=1)) > _ROUNDING * np.abs(moved).sum(axis=1)
+        after[self.velocities[others]] = np.where(resolved, moved.sum(axis=1), 0.0)
         after[self.velocities[rows]] = 0.0
         return after
 

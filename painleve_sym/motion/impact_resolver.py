@@ -47,12 +47,13 @@ class ImpactResolver:
         """Return what follows: the limit of bounces, an impact, or a jam."""
         impacts, contact = self.impacts, self.target
         state = impacts.touching(question.state, self.scale, self.values)
+        if impacts.collides(question.state) and not impacts.collides(state):
+            # It was rounding of contacts that rest.
+            return self._rests(state)
         if self._accumulates(question):
             closed = self._settled(state, question.time)
             if closed is not None:
-                self.impulses.append(())
-                events = ((EventKind.SETTLE, closed, contact),)
-                return Answer(contact, closed, (), events)
+                return self._rests(closed)
             return Answer(contact, state, stop=StopReason.ACCUMULATION)
         result = self.impact(state)
         if result is None:
@@ -65,6 +66,10 @@ class ImpactResolver:
             ended = (EventKind.IMPACT, result.state, contact)
             return Answer(contact, still, (), (ended, (EventKind.SETTLE, still, contact)))
         return Answer(contact, result.state, (), ((EventKind.IMPACT, result.state, contact),))
+
+    def _rests(self, state: Array) -> Answer:
+        self.impulses.append(())
+        return Answer(self.target, state, (), ((EventKind.SETTLE, state, self.target),))
 
     def impact(self, state: Array) -> ImpactResult | None:
         """Return the impact of the closed contacts; None where it jams."""
