@@ -78,11 +78,11 @@ def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, m
     assert "small.npz.parts; the same command resumes there" in err
     starts = []
 
-    def noted(self, start, chunk):
+    def write_and_note(self, start, chunk):
         starts.append(start)
         write(self, start, chunk)
 
-    monkeypatch.setattr(Store, "write", noted)
+    monkeypatch.setattr(Store, "write", write_and_note)
     code, _, _ = run(capsys, "sweep", file, "--out", "small.npz")
     assert code == 0
     assert starts[0] == 20
