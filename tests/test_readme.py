@@ -174,6 +174,7 @@ def test_citation_has_the_version_of_the_project():
 def test_changelog_begins_with_the_present_version():
     changelog = (ROOT / "CHANGELOG.md").read_text("utf-8")
     releases = re.findall(r"^## \[([^]]+)\]", changelog, re.M)
+    releases = releases[releases[0] == "Unreleased" :]
     assert releases[0] == painleve_sym.__version__
     assert releases == sorted(releases, reverse=True)
 

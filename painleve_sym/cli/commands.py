@@ -105,7 +105,7 @@ LAW = (
     several(
         "--law-set",
         "NAME=VALUE,...",
-        "parameters and choices of the law, such as E=20.9e14,reload=elastic",
+        "parameters and choices of the law, such as E=209e9,reload=elastic",
     ),
 )
 RESTITUTION = text("--restitution", "E", "coefficient in [0, 1], by default 0.75", read_number)
@@ -179,7 +179,7 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
   [law]
   name = "bilinear-hertz"
   reload = "elastic"
-  parameters = { E = 20.9e14, e_energetic = 0.75 }
+  parameters = { E = 209e9, e_energetic = 0.75 }
 
 Other keys: title, material, contact, close, initial_force, engine, rtol,
 max_steps, max_events, samples, restitution, rule. One file serves classify,
@@ -207,7 +207,7 @@ SWEEP is a scenario file (see `painleve simulate -h`) with the points to run:
   t_end = 0.01
   until = ["separation"]
   state = { x_A_dot = -1.0 }
-  law = { name = "bilinear-hertz", parameters = { E = 20.9e14 } }
+  law = { name = "bilinear-hertz", parameters = { E = 209e9 } }
   keep = ["theta_dot", "time_of_separation", "max_normal_force", "case"]
 
   [axes]                            # every combination
@@ -398,9 +398,9 @@ command(
         "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
         "is bilinear-hertz unless --law or the scenario file (see `painleve simulate -h`)\n"
         "names another.\n\n"
-        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 --law-set E=20.9e14\n"
+        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 --law-set E=209e9\n"
         "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 \\\n"
-        "      --over E=20.9e12:20.9e18 --out map.png"
+        "      --over E=2e9:2e12 --out map.png"
     ),
 )
 
@@ -512,7 +512,7 @@ command(
         "CASE, state, parameters and law are those of `painleve simulate`; they are what\n"
         "the example main.c runs. Without --state it runs the mechanism's own start,\n"
         "without --t-end 0.01 s, of a rigid motion 1 s.\n\n"
-        "  painleve export rod --law bilinear-hertz --law-set E=20.9e14 --out rod-c\n"
+        "  painleve export rod --law bilinear-hertz --law-set E=209e9 --out rod-c\n"
         "  cd rod-c && cmake -B build && cmake --build build"
     ),
 )

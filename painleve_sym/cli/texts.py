@@ -16,7 +16,7 @@ EXAMPLES = """\
 examples:
   painleve classify rod --state theta=1,theta_dot=1,x_A_dot=-1
   painleve simulate rod --state theta=1,theta_dot=1,x_A_dot=-1 \\
-      --law bilinear-hertz --law-set E=20.9e14 --t-end 0.01 --until separation
+      --law bilinear-hertz --law-set E=209e9 --t-end 0.01 --until separation
   painleve jump rod --state theta=1,theta_dot=1,x_A_dot=-1 --restitution 0.75
 
 `painleve COMMAND --help` shows the options of a command. SI units and radians;

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, Protocol
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import number, whole_number
+from painleve_sym.checks import LARGEST, number, whole_number
 from painleve_sym.choices import Record, RecordLike, chosen
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import StopReason
@@ -32,6 +32,8 @@ SHRINKING, REMAINDER, CLOSED = 6, 1e-11, 1e-6
 """Accumulation: this many intervals shrink, the rest is this part of the time so far; its limit is
 passed where that changes states by less than this part of their scale. As in the compiled loop."""
 
+DEFAULT_RTOL = 1e-11
+"""The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
 MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
 """Limits of a run where none are given."""
 MAX_LIMIT = 2**31 - 1
@@ -45,34 +47,46 @@ DENSE_ROWS = 8
 
 
 @dataclass(frozen=True)
-class RunOptions:
-    """Options of one integration.
+class RunSettings:
+    """Settings of a run that its caller chooses; see `painleve_sym.simulate`.
 
-    `atol` is the absolute tolerance of each state, in its unit; inf leaves it out of the step
-    control. Events of the kinds `until` end the run. A `first_step` of 0 lets the engine choose; s.
-
-    `start_events` tells whether what the start state makes happen at once is recorded as events (an
-    impact), or only chooses the mode. `start_mode` is the index of the mode to start in; -1: chosen
-    from the state. `start_departs` are guards of that mode that are zero at the start and known to
-    become positive.
+    `t_end` and steps in s; `rtol` in [1e-15, 1); `atol` is the absolute tolerance of each state, in
+    its unit, and None scales it to the contact; events of the kinds `until` end the run. A
+    `first_step` of 0 lets the engine choose it.
     """
 
     t_end: float
-    rtol: float
-    atol: Array
-    until: tuple[str, ...] = ()
+    rtol: float = DEFAULT_RTOL
+    atol: Any = None
+    until: str | Sequence[str] = ()
     record: RecordLike = Record.DENSE
     first_step: float = 0.0
     max_step: float = float("inf")
     max_steps: int = MAX_STEPS
     max_events: int = MAX_EVENTS
-    start_events: bool = False
-    start_mode: int = -1
-    start_departs: tuple[int, ...] = ()
 
-    def __post_init__(self) -> None:
+    @classmethod
+    def of(cls, where: str, given: Mapping[str, Any]) -> RunSettings:
+        """Return checked settings; InputError begins with `where`."""
+        settings, end = cls(**given), given["t_end"]
+        if type(end) is not float or not 0 < end <= LARGEST:
+            number(end, "t_end", where=where, above=0.0)
+        settings.check(where)
+        return settings
+
+    def arguments(self, **changed: Any) -> dict[str, Any]:
+        """Return the settings by name, those that are `changed` replaced."""
+        return {f.name: getattr(self, f.name) for f in fields(RunSettings)} | changed
+
+    def shared(self) -> dict[str, Any]:
+        """Return the settings that batches have, too, by name."""
+        every = self.arguments()
+        return {name: every[name] for name in every if name not in ("atol", "record")}
+
+    def check(self, where: str = "integration") -> None:
+        """Raise InputError where a number is out of range, or no record has such a name."""
         # The defaults are right.
-        where, usual = "integration", RunOptions
+        usual = RunSettings
         if type(self.rtol) is not float or not 1e-15 <= self.rtol < 1:
             number(self.rtol, "rtol", where=where, lower=1e-15, below=1.0)
         if self.record is not usual.record:
@@ -85,6 +99,27 @@ class RunOptions:
             whole_number(self.max_steps, "max_steps", where=where, lower=1, upper=MAX_LIMIT)
         if self.max_events is not usual.max_events:
             whole_number(self.max_events, "max_events", where=where, lower=1, upper=MAX_LIMIT)
+
+
+@dataclass(frozen=True)
+class RunOptions(RunSettings):
+    """Settings of one integration, with the absolute tolerance of each state, in its unit.
+
+    A tolerance of inf leaves its state out of the step control.
+
+    `start_events` tells whether what the start state makes happen at once is recorded as events (an
+    impact), or only chooses the mode. `start_mode` is the index of the mode to start in; -1: chosen
+    from the state. `start_departs` are guards of that mode that are zero at the start and known to
+    become positive.
+    """
+
+    until: tuple[str, ...] = ()
+    start_events: bool = False
+    start_mode: int = -1
+    start_departs: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.check()
 
 
 class Prepared(NamedTuple):

@@ -20,6 +20,7 @@ from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transit
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 TABLE_1 = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -364,7 +365,7 @@ def no_compiler(monkeypatch):
 
 
 def test_auto_without_a_compiler_warns_and_works(no_compiler):
-    s = Simulator(rod(), law("bilinear-hertz", reload="virgin"), engine="auto")
+    s = Simulator(rod(), paper_law(reload="virgin"), engine="auto")
     with pytest.warns(PainleveWarning, match=r"no working C compiler.*'erk'"):
         run = s.run(TABLE_3, t_end=1e-3, parameters=HARD, until="separation")
     assert run.engine == "erk"

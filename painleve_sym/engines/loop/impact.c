@@ -124,9 +124,20 @@ static void tell_change(const ps_run *s, ps_listener listener, int what, int n, 
   listener(what, (const double *)&change, x);
 }
 
+/* Gives a row the velocity that the coordinates have after impulses, 0 where it is rounding. */
+static void move_along(const ps_contact_numbers *c, int row, const double *impulses, double *x) {
+  double velocity = c->velocity[row], terms = fabs(velocity);
+  for (int i = 0; i < PS_CONTACT_ROWS; i++) {
+    const double change = c->W[row * PS_CONTACT_ROWS + i] * impulses[i];
+    velocity += change;
+    terms += fabs(change);
+  }
+  x[rate_state(row)] = fabs(velocity) > PS_RATE_ROUNDING * terms ? velocity : 0;
+}
+
 /* Closes contacts whose gap and normal velocity are all but 0; those at rest, guides too, are among
  * them and stay closed. A contact with friction whose slip the normal impulses alone would start or turn
- * sticks: so no energy is added. */
+ * sticks: so no energy is added. The others move as the coordinates do, whose velocities are what stops. */
 static void close_contacts(ps_run *s, const ps_contact_numbers *c, int n, const int *contact,
                            double *x, ps_listener listener) {
   int row[PS_ROWS] = {0}, count = n;
@@ -145,6 +156,11 @@ static void close_contacts(ps_run *s, const ps_contact_numbers *c, int n, const 
   for (int i = 0; i < count; i++)
     work[PS_AXIS_OF(row[i])] += impulses[row[i]] * c->velocity[row[i]] / 2;
   push_contacts(c, impulses, x);
+  for (int k = 0; k < PS_RIGID; k++) {
+    int closes = 0;
+    for (int i = 0; i < n; i++) closes |= contact[i] == PS_RIGID_CONTACT[k];
+    for (int axis = 0; axis < 2 && !closes; axis++) move_along(c, PS_ROW(PS_RIGID_CONTACT[k], axis), impulses, x);
+  }
   for (int i = 0; i < 2; i++) x[PS_WORKS[i]] -= work[i];
   for (int i = 0; i < count; i++) x[rate_state(row[i])] = 0;
   tell_change(s, listener, PS_TOLD_CLOSING, n, contact, count, row, impulses, before, x);
@@ -265,6 +281,16 @@ static void stop_impact(ps_run *s, const double *x, int reason) {
   memcpy(s->x, x, sizeof s->x);
 }
 
+/* Whether a closed contact approaches. */
+static int collides(const double *x) {
+  int any = 0;
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]];
+    any |= x[at[PS_GAP]] <= 0 && x[at[PS_GAP_RATE]] < 0;
+  }
+  return any;
+}
+
 /* Answers a run that asks what follows: the limit of bounces, an impact, or a jam. 0: it ended. */
 static int strike(ps_run *s, const ps_options *o) {
   const double t = s->t_base + s->t;
@@ -279,6 +305,11 @@ static int strike(ps_run *s, const ps_options *o) {
   bring_together(s, o, x);
   watch_now(s);
   s->reason = PS_RUNNING;
+  if (collides(s->x) && !collides(x)) { /* it was rounding of contacts that rest */
+    note_impact(s, o, from, PS_SETTLE_KIND, x, z);
+    begin_again(s, o);
+    return 1;
+  }
   if (s->last_kind == PS_TOUCHDOWN_KIND) {
     note_touchdown(s, t);
     if (touchdowns_accumulate(s)) {
