@@ -17,7 +17,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.classify import held_faults
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.inputs import closed_place, inside
 from painleve_sym.contacts.model import CONTACT
@@ -453,9 +453,9 @@ class Simulator:
         contact = self.mechanism.outline.contacts[i]
         name = f"contact {contact.name!r}"
         if contact.bilateral:
-            at = contact_numbers(self.mechanism, i)(values)
+            at = Delassus.of(self.mechanism).at(values)
             subject = f"the bilateral {name}" if several else "a bilateral contact"
-            within = (gap, at["gap_tolerance"]), (rate, at["rate_tolerance"])
+            within = (gap, at.gap_tolerance[i]), (rate, at.rate_tolerance[i])
             for fault in held_faults(subject, *within):
                 raise InputError(f"{self.where}: {fault}")
         elif gap < 0:

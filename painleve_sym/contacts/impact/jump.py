@@ -10,7 +10,7 @@ from typing import Any
 from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.contact_numbers import argument_names, argument_symbols
+from painleve_sym.contacts.delassus import argument_symbols
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.contacts.inputs import inside, place_of
@@ -259,7 +259,7 @@ def _jump_numbers(mechanism: Mechanism) -> Quantities:
             formulas |= {f"change_{row}_{k}": entry for k, entry in enumerate(direction)}
         return formulas, argument_symbols(mechanism)
 
-    return quantities("jump", mechanism.definition, argument_names(mechanism), derive)
+    return quantities("jump", mechanism.definition, mechanism.outline.argument_names, derive)
 
 
 def _contact_velocity(

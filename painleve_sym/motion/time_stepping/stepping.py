@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
@@ -223,10 +223,10 @@ class TimeStepper:
     ) -> tuple[_Stepping, Array]:
         place = inside(self.mechanism.at(state, parameters, where=self.where))
         start = np.array(list(place.state.values()))
-        at = contact_numbers(self.mechanism)(place.values)
-        closed = at["gap_tolerance"]
+        at = Delassus.of(self.mechanism).at(place.values)
+        closed = float(at.gap_tolerance[0])
         stepping = _Stepping(self, place.parameters, SOLVERS[solver], e_newton, max_solves, closed)
-        gap = at["gap"]
+        gap = float(at.gap[0])
         if not gap >= -closed:
             raise InputError(
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "

@@ -18,7 +18,7 @@ from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.closing import closing_hint, unknowns
-from painleve_sym.contacts.contact_numbers import closed_within, length_formula, sticking
+from painleve_sym.contacts.delassus import closed_within, length_formula, sticking
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
