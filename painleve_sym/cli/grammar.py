@@ -130,7 +130,7 @@ def _case(parser: argparse.ArgumentParser) -> None:
 
 def _law(parser: argparse.ArgumentParser) -> None:
     _texts(parser, ("--law", "NAME", "contact law (`painleve laws` lists them)"))
-    text = "parameters and choices of the law, such as E=20.9e14,reload=elastic"
+    text = "parameters and choices of the law, such as E=209e9,reload=elastic"
     _lists(parser, ("--law-set", "NAME=VALUE,...", text))
 
 
@@ -267,7 +267,7 @@ def _export_options(parser: Parser) -> None:
         "CASE, state, parameters and law are those of `painleve simulate`; they are what\n"
         "the example main.c runs. Without --state it runs the mechanism's own start,\n"
         "without --t-end 0.01 s, of a rigid motion 1 s.\n\n"
-        "  painleve export rod --law bilinear-hertz --law-set E=20.9e14 --out rod-c\n"
+        "  painleve export rod --law bilinear-hertz --law-set E=209e9 --out rod-c\n"
         "  cd rod-c && cmake -B build && cmake --build build"
     )
 
@@ -333,9 +333,9 @@ def _critical_options(parser: Parser) -> None:
         "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
         "is bilinear-hertz unless --law or the scenario file (see `painleve simulate -h`)\n"
         "names another.\n\n"
-        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 --law-set E=20.9e14\n"
+        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 --law-set E=209e9\n"
         "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 \\\n"
-        "      --over E=20.9e12:20.9e18 --out map.png"
+        "      --over E=2e9:2e12 --out map.png"
     )
 
 

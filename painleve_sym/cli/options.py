@@ -62,7 +62,7 @@ def read_number(where: str, text: str, unit: str = "") -> float:
     try:
         value = float(text)
     except ValueError:
-        example = f"0.5 or 20.9e14, or with a unit of the kind of {unit}" if unit else "0.5 or 1e-9"
+        example = f"0.5 or 209e9, or with a unit of the kind of {unit}" if unit else "0.5 or 1e-9"
         raise InputError(f"{where}: got {text!r}, need a number, such as {example}.") from None
     if not math.isfinite(value):
         raise InputError(f"{where}: got {text!r}, need a finite number.")

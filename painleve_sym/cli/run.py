@@ -18,6 +18,7 @@ from painleve_sym.cli.output import (
     print_json,
     quantity,
     show,
+    show_notices,
     show_table,
 )
 from painleve_sym.contacts.impact.jump import JumpResult
@@ -81,11 +82,13 @@ def jump(arguments: argparse.Namespace) -> int:
             "jump: --initial-force and --configuration need a compliant contact. "
             "Fix: name its law, such as --law bilinear-hertz."
         )
+    truncated = scenario.mechanism().outline.truncation_notices
     if arguments.json:
         data = jump_data(impact)
         if corrected is not None:
             data["corrected"] = corrected_data(corrected)
             data["notices"] += _rigidity(scenario, corrected)
+        data["notices"] += truncated
         print_json(data)
         return 0
     show_case(scenario.mechanism(), scenario)
@@ -94,6 +97,7 @@ def jump(arguments: argparse.Namespace) -> int:
         show_corrected(corrected, impact, scenario.mechanism().state_units)
         for notice in _rigidity(scenario, corrected):
             show(notice)
+    show_notices(truncated)
     return 0
 
 

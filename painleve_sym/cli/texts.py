@@ -41,7 +41,7 @@ EXAMPLES = """\
 examples:
   painleve classify rod --state theta=1,theta_dot=1,x_A_dot=-1
   painleve simulate rod --state theta=1,theta_dot=1,x_A_dot=-1 \\
-      --law bilinear-hertz --law-set E=20.9e14 --t-end 0.01 --until separation
+      --law bilinear-hertz --law-set E=209e9 --t-end 0.01 --until separation
   painleve jump rod --state theta=1,theta_dot=1,x_A_dot=-1 --restitution 0.75
 
 `painleve COMMAND --help` shows the options of a command. SI units and radians;
@@ -63,7 +63,7 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
   [law]
   name = "bilinear-hertz"
   reload = "elastic"
-  parameters = { E = 20.9e14, e_energetic = 0.75 }
+  parameters = { E = 209e9, e_energetic = 0.75 }
 
 Other keys: title, material, contact, close, initial_force, engine, rtol,
 max_steps, max_events, samples, restitution, rule. One file serves classify,
@@ -91,7 +91,7 @@ SWEEP is a scenario file (see `painleve simulate -h`) with the points to run:
   t_end = 0.01
   until = ["separation"]
   state = { x_A_dot = -1.0 }
-  law = { name = "bilinear-hertz", parameters = { E = 20.9e14 } }
+  law = { name = "bilinear-hertz", parameters = { E = 209e9 } }
   keep = ["theta_dot", "time_of_separation", "max_normal_force", "case"]
 
   [axes]                            # every combination

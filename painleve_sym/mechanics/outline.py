@@ -74,6 +74,17 @@ class MechanismOutline:
     timed: bool
     periods: tuple[PeriodOutline, ...] = ()
 
+    @property
+    def truncation_notices(self) -> tuple[str, ...]:
+        """Sentences on bodies with modes, whose rigid contact problem does not converge in them."""
+        return tuple(
+            f"Body {name} has finitely many modes. On a rigid contact its thresholds of friction "
+            "do not converge as modes are added, since the contact moves more easily with each; a "
+            "body with all its modes has no paradox of accelerations. Fix: judge it on a compliant "
+            "contact, as the page 'When does a real bar jam?' does."
+            for name in dict.fromkeys(p.body for p in self.periods if p.modelled)
+        )
+
     @classmethod
     def of(cls, mechanism: Mechanism) -> MechanismOutline:
         """Return the outline of a mechanism."""

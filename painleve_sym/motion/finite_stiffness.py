@@ -271,7 +271,7 @@ class CorrectedJump:
     >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
     >>> jump = ps.evaluate_corrected_jump("rod", "bilinear-hertz", state)
     >>> round(jump.velocity["y_A_dot"], 4)
-    0.1246
+    0.0949
     >>> [phase.name for phase in jump.phases]
     ['slip compression', 'sticking compression', 'sticking restitution', 'reverse slip restitution']
     """
@@ -343,8 +343,8 @@ def evaluate_corrected_jump(
     --------
     >>> import painleve_sym as ps
     >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-    >>> jump = ps.evaluate_corrected_jump("rod", ps.laws.bilinear_hertz(E=20.9e14), state)
-    >>> jump.duration < 1e-3
+    >>> jump = ps.evaluate_corrected_jump("rod", ps.laws.bilinear_hertz(E=209e9), state)
+    >>> jump.duration < 2e-3
     True
     """
     mechanism = as_mechanism(mechanism)

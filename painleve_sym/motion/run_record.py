@@ -35,13 +35,12 @@ OPTIONS = ("first_step", "max_step", "max_steps", "max_events")
 
 @dataclass(frozen=True)
 class RunRecord:
-    """The record of a run; `resolved` are the impulses of the events that a resolver answered."""
+    """The record of a run."""
 
     simulator: Simulator
     start: Start
     raw: RawRun
     options: RunOptions
-    resolved: Sequence[tuple[float, ...]] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the recorded arrays, without the simulator."""
@@ -123,8 +122,6 @@ class RunRecord:
         # The last entries of the memory are the impulses of the last impact.
         count = ContactRows(len(self.simulator.contact.rows)).size
         impulses: list[Sequence[float]] = records.memory_after[:, -count:].tolist()
-        for i, own in zip(np.flatnonzero(records.transition < 0), self.resolved, strict=False):
-            impulses[i] = own
         return impulses
 
     @property

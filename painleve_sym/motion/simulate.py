@@ -147,13 +147,13 @@ def simulate(
     --------
     >>> import painleve_sym as ps
     >>> start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-    >>> law = ps.laws.bilinear_hertz(E=20.9e14, reload="virgin")
-    >>> run = ps.simulate("rod", law, start, t_end=1e-3)
+    >>> law = ps.laws.bilinear_hertz(E=209e9)
+    >>> run = ps.simulate("rod", law, start, t_end=1e-2)
     >>> run.stop_reason
     <StopReason.T_END: ('t_end', 'the end time was reached')>
     >>> event = run.events[0]
     >>> print(f"{event.kind} at {event.time:.6e} s, {event.normal_force:.3f} N")
-    slip_stop at 4.088624e-04 s, 5766.507 N
+    slip_stop at 1.743476e-03 s, 880.495 N
     """
     return simulator_of(mechanism, law, engine).run(state, **arguments)
 

@@ -20,9 +20,7 @@ from painleve_sym.contacts.classify import held_faults
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.inputs import closed_place, inside
-from painleve_sym.contacts.model import CONTACT
 from painleve_sym.contacts.terms import ContactImpacts
-from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
@@ -39,7 +37,6 @@ from painleve_sym.mechanics.materials import (
 )
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
-from painleve_sym.motion.impact_resolver import ImpactResolver
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
@@ -106,7 +103,8 @@ class Simulator:
         One law for all contacts, or the law of each by the contact's name. Of several contacts,
         parameters of laws that are given by contact have its name behind theirs: ``E_A``.
     engine : {"auto", "compiled", "taylor", "erk"}
-        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler.
+        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler;
+        several contacts need one.
 
     Raises
     ------
@@ -283,9 +281,9 @@ class Simulator:
 
     @cached_property
     def impacts(self) -> ContactImpacts:
-        """Impacts of the rigid contacts of several."""
+        """Numbers of the contacts of several."""
         names, rows = self.outline.state_names, self.contact.rows
-        return ContactImpacts(self.mechanism, names, rows, self.rigid)
+        return ContactImpacts(self.mechanism, names, rows)
 
     # ---- the loading curves of compliant contacts ----
 
@@ -340,37 +338,19 @@ class Simulator:
         Examples
         --------
         >>> from painleve_sym import Simulator, laws, models
-        >>> simulator = Simulator(models.rod(), laws.bilinear_hertz(E=20.9e14, reload="virgin"))
-        >>> run = simulator.run({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, t_end=1e-3)
+        >>> simulator = Simulator(models.rod(), laws.bilinear_hertz(E=209e9))
+        >>> run = simulator.run({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, t_end=1e-2)
         >>> [str(event.kind) for event in run.events[:2]]
         ['slip_stop', 'max_compression']
         """
         settings, begins = separated(self.where, RunArguments, arguments)
         start = self.begin(state, **begins)
         checked = self.options(start.scale, settings)
-        resolver = self._resolver(start, checked)
-        raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
-        resolved = resolver.impulses if resolver else ()
-        trajectory = self.trajectory(raw, start, checked, resolved)
+        raw = self.integrator.run(start.state, start.parameters, checked)
+        trajectory = self.trajectory(raw, start, checked)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.place.parameters)
         return trajectory
-
-    def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
-        """Return what answers for impacts of several contacts where the engine does not."""
-        if isinstance(self.integrator, CompiledEngine) or not self.strikes:
-            return None
-        return ImpactResolver(**self.resolver_inputs(start.place.parameters, options))
-
-    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
-        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
-        return {
-            "impacts": self.impacts,
-            "law": self.contact.rigid_law,
-            "target": [m.name for m in self.outline.modes].index(CONTACT),
-            "values": values,
-            "scale": options.atol / options.rtol,
-        }
 
     def at(
         self,
@@ -610,14 +590,13 @@ class Simulator:
         raw: RawRun,
         start: Start,
         options: RunOptions,
-        resolved: Sequence[tuple[float, ...]] = (),
     ) -> Trajectory:
-        """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
+        """Return a run as a trajectory."""
         return Trajectory(
             names=self.names,
             parameters=start.place.parameters,
             rtol=options.rtol,
-            record=RunRecord(self, start, raw, options, resolved),
+            record=RunRecord(self, start, raw, options),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,

@@ -184,8 +184,9 @@ class Scenario:
             )
         own, given = self.parameters, self.law_parameters
         where, law_name = f"mechanism {mechanism.name!r}", f"law {self.law!r}"
-        provided = material_values(where, pair, declared, {*own, *varied})
-        provided_to_law = material_values(law_name, pair, of_law, {*given, *varied})
+        axes = dict.fromkeys(varied)
+        provided = material_values(where, pair, declared, {**axes, **own})
+        provided_to_law = material_values(law_name, pair, of_law, {**axes, **given})
         return self._with(
             parameters={**provided, **own}, law_parameters={**provided_to_law, **given}
         )
@@ -241,10 +242,12 @@ class Scenario:
     # ---- questions ----
 
     @property
-    def friction_notice(self) -> str:
-        """Statement on the rigid contact problem under the friction law; empty for Coulomb's."""
+    def contact_notices(self) -> tuple[str, ...]:
+        """Sentences on the rigid contact problem: its friction law, bodies that have modes."""
         kind = offered_choices(self.contact_law()).get("friction") if self.law else None
-        return FRICTION_NOTICES.get(kind or "", "")
+        of_friction = FRICTION_NOTICES.get(kind or "")
+        own = (of_friction,) if of_friction else ()
+        return (*own, *self.mechanism().outline.truncation_notices)
 
     def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""

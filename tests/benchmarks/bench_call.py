@@ -23,6 +23,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.simulate import simulate
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 LIMIT = 60e-6
 """Wanted of a call for the impact of Table 3, s."""
@@ -43,7 +44,7 @@ LADDER = Path(__file__).parents[2] / "examples" / "mechanisms" / "ladder.toml"
 
 def cases() -> dict[str, tuple[Mechanism, Law, dict[str, Any]]]:
     """Return mechanism, law and arguments of `run`, by title."""
-    hertz, rod = law("bilinear-hertz", reload="virgin"), model("rod")
+    hertz, rod = paper_law(reload="virgin"), model("rod")
     impact = {"parameters": {"E": 20.9e14}, "t_end": 0.01, "until": "separation"}
     bounce = {"state": TABLE_3 | {"y_A": 0.001}, "t_end": 0.05}
     fall = {"state": FALL, "t_end": 0.2}

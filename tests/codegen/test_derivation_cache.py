@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -184,6 +185,7 @@ def test_thing_without_a_definition_has_no_key():
 
 def test_builder_without_a_definition_is_derived_each_time(cache):
     class Bare:
+        title = "sledge on a Hertz contact"
         automaton = ContactDerivation(sledge(), (law("hertz"),)).automaton
 
     assert make_engine(Bare()).outline == Outline.of(Bare.automaton)
@@ -219,6 +221,7 @@ class Decay:
     """A builder of the smallest automaton there is: quick to compile."""
 
     rate: int
+    title: ClassVar[str] = "decay"
 
     @property
     def automaton(self):

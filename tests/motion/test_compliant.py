@@ -14,6 +14,7 @@ from painleve_sym.laws.catalogue import COMPLIANT_LAWS, law
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from tests.oracles import rod_scipy
+from tests.support.paper_law import paper_law
 
 TABLE_1 = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
 TABLE_2 = {"theta": 0.5, "theta_dot": 5.0, "x_A_dot": -1.0}
@@ -23,12 +24,12 @@ TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 
 @pytest.fixture(scope="module")
 def virgin():
-    return Simulator(rod(), law("bilinear-hertz", reload="virgin"), "compiled")
+    return Simulator(rod(), paper_law(reload="virgin"), "compiled")
 
 
 @pytest.fixture(scope="module")
 def elastic():
-    return Simulator(rod(), law("bilinear-hertz"), "compiled")
+    return Simulator(rod(), paper_law(), "compiled")
 
 
 def kinds(trajectory):

@@ -252,21 +252,20 @@ class Directions:
         loosened = plain.rtol * (LOOSENING_FACTOR * scale[:, None] / sizes)
         extended = replace(plain, atol=functions.packed(plain.atol, loosened))
         state = functions.packed(start.state, self.start_jacobian(start, force))
-        resolver = self._resolver(start, plain, sizes)
-        raw = engine.run(state, start.parameters, extended, resolve=resolver)
-        return self._assembled(raw, start, sizes, plain, resolver)
+        impacts = self._impacts(start, scale, sizes, plain.rtol)
+        raw = engine.run(state, start.parameters, extended, listener=impacts)
+        return self._assembled(raw, start, sizes, plain, impacts.notes if impacts else ())
 
-    def _resolver(self, start: Start, options: RunOptions, sizes: Array) -> SensitiveImpacts | None:
-        """Return what answers for the impacts of several contacts."""
+    def _impacts(
+        self, start: Start, scale: Array, sizes: Array, rtol: float
+    ) -> SensitiveImpacts | None:
+        """Return what differentiates the impacts of several contacts."""
         if not self.functions.struck_states:
             return None
-        return SensitiveImpacts(
-            **self.simulator.resolver_inputs(start.place.parameters, options),
-            functions=self.functions,
-            constants=self.engine.constants(start.parameters),
-            sizes=sizes,
-            tolerance=10 * LOOSENING_FACTOR * options.rtol,
-        )
+        names = [c.name for c in self.simulator.mechanism.outline.contacts]
+        constants = self.engine.constants(start.parameters)
+        tolerance = 10 * LOOSENING_FACTOR * rtol
+        return SensitiveImpacts(self.functions, names, constants, sizes, scale, tolerance)
 
     def _assembled(
         self,
@@ -274,13 +273,12 @@ class Directions:
         start: Start,
         sizes: Array,
         options: RunOptions,
-        resolver: SensitiveImpacts | None,
+        notes: Sequence[str],
     ) -> SensitiveTrajectory:
         sim, functions, engine = self.simulator, self.functions, self.engine
         nx, k, no = len(start.state), len(self.wrt), len(sim.outline.output_names)
-        resolved, notes = (resolver.impulses, resolver.notes) if resolver else ((), ())
         rtol, scale = options.rtol, options.atol / options.rtol
-        trajectory = sim.trajectory(self._plain(raw), start, options, resolved)
+        trajectory = sim.trajectory(self._plain(raw), start, options)
         marks = EventMarks.of(raw, functions, notes)
         verdicts = marks.verdicts(sizes, rtol)
         singular = _first_without(verdicts)
