@@ -96,9 +96,9 @@ def quantities(
         if not isinstance(formulas, Mapping):
             sizes = given.numel_in(0), given.numel_out(0)
             if sizes != (len(arguments), len(formulas)):
+                need = f"need {len(arguments)} arguments and {len(formulas)} numbers"
                 raise ModelError(
-                    f"{title}: got a function of {sizes[0]} arguments to {sizes[1]} numbers, need "
-                    f"{len(arguments)} arguments and {len(formulas)} numbers."
+                    title, [f"got a function of {sizes[0]} arguments to {sizes[1]} numbers, {need}"]
                 )
             return tuple(formulas), given, None
         values = tuple(formulas.values())

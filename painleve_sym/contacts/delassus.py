@@ -6,7 +6,7 @@ Everything that needs them asks `Delassus`, which asks a `Dynamics` for one func
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -75,7 +75,7 @@ class ContactNumbers(NamedTuple):
 
 
 class MotionNumbers(NamedTuple):
-    """How contact impulses move a mechanism of nq coordinates, at one state or an array of them.
+    """Effect of contact impulses on a mechanism of nq coordinates, at one state or several.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Dynamics(Protocol):
 
     @property
     def definition(self) -> str:
-        """Everything that the functions are made of, as one text that tells them from others."""
+        """Everything that the functions are made of, as one text."""
         ...
 
     def contact_function(self) -> ca.Function:
@@ -204,10 +204,35 @@ class Delassus:
 
     def at(self, values: Mapping[str, float]) -> ContactNumbers:
         """Return the numbers of the contacts at one state."""
+        function = self.contact_quantities
+        numbers = function.of_vector([values[name] for name in function.arguments])
+        return self._contacts(numbers, values)
+
+    def whole_at(self, values: Mapping[str, float]) -> tuple[ContactNumbers, MotionNumbers]:
+        """Return the numbers of the contacts at one state, and how impulses move the mechanism."""
+        function = self.whole_quantities
+        numbers = function.of_vector([values[name] for name in function.arguments])
+        begin, moves = len(numbers) - self._motion_count, list[Array]()
+        rest = np.array(numbers[begin:])
+        end = 0
+        for shape in self._motion_shapes:
+            end, first = end + math.prod(shape), end
+            moves.append(rest[first:end].reshape(shape))
+        return self._contacts(numbers[:begin], values), MotionNumbers(*moves)
+
+    def at_each(self, values: Mapping[str, Any]) -> ContactNumbers:
+        """Return the numbers of the contacts at an array of states."""
+        return self._at_each(self.contact_quantities, values, [])[0]
+
+    def whole_at_each(self, values: Mapping[str, Any]) -> tuple[ContactNumbers, MotionNumbers]:
+        """Return the same as `whole_at` at an array of states."""
+        contacts, moves = self._at_each(self.whole_quantities, values, self._motion_shapes)
+        return contacts, MotionNumbers(*moves)
+
+    def _contacts(self, numbers: list[float], values: Mapping[str, float]) -> ContactNumbers:
         contacts = self.dynamics.outline.contacts
         n = len(contacts)
         size, count = ContactRows(n).size, len(_OF_CONTACT) * n
-        numbers = self._of_state(self.contact_quantities, values)
         end = count + size * size
         gap, rate, slip, A, B, near, slow = np.array(numbers[:count]).reshape(-1, n)
         return ContactNumbers(
@@ -218,28 +243,26 @@ class Delassus:
             np.array([float(values[c.friction]) for c in contacts]),
         )
 
-    def at_each(self, values: Mapping[str, Any]) -> ContactNumbers:
-        """Return the numbers of the contacts at an array of states."""
-        contacts = self.dynamics.outline.contacts
-        n = len(contacts)
+    def _at_each(
+        self, function: Quantities, values: Mapping[str, Any], more: Sequence[tuple[int, ...]]
+    ) -> tuple[ContactNumbers, list[Array]]:
+        """Return the numbers at an array of states, and parts of the shapes `more` after them."""
+        outline = self.dynamics.outline
+        n = len(outline.contacts)
         size = ContactRows(n).size
-        shapes = [*[(n,)] * len(_OF_CONTACT), (size, size), (size,), (-1,)]
-        parts, shape = self._of_states(self.contact_quantities, values, shapes)
-        mu = [np.broadcast_to(np.asarray(values[c.friction], float), shape) for c in contacts]
-        every: Any = (*parts, np.stack(mu, axis=-1))
-        return ContactNumbers(*every)
-
-    def motion_at(self, values: Mapping[str, float]) -> MotionNumbers:
-        """Return how impulses move the mechanism at one state."""
-        numbers = np.array(self._of_state(self.motion_quantities, values))
-        ends = np.cumsum([math.prod(shape) for shape in self._motion_shapes])[:-1]
-        parts = zip(np.split(numbers, ends), self._motion_shapes, strict=True)
-        return MotionNumbers(*(part.reshape(shape) for part, shape in parts))
-
-    def motion_at_each(self, values: Mapping[str, Any]) -> MotionNumbers:
-        """Return how impulses move the mechanism at an array of states."""
-        shapes = self._motion_shapes
-        return MotionNumbers(*self._of_states(self.motion_quantities, values, shapes)[0])
+        shapes = [*[(n,)] * len(_OF_CONTACT), (size, size), (size,), (len(outline.domain),), *more]
+        arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in function.arguments))
+        flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
+        rows, axes = np.stack([*function.at(flat).values()], axis=-1), arrays[0].shape
+        ends = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
+        split = zip(np.split(rows, ends, axis=-1), shapes, strict=True)
+        parts = [part.reshape(*axes, *own) for part, own in split]
+        count = len(shapes) - len(more)
+        mu = [
+            np.broadcast_to(np.asarray(values[c.friction], float), axes) for c in outline.contacts
+        ]
+        own: Any = (*parts[:count], np.stack(mu, axis=-1))
+        return ContactNumbers(*own), parts[count:]
 
     @property
     def _motion_shapes(self) -> list[tuple[int, ...]]:
@@ -247,41 +270,35 @@ class Delassus:
         nq, size = len(outline.coordinates), ContactRows(len(outline.contacts)).size
         return [(size, nq), (nq, size), (nq,), (size,), (1,)]
 
-    def _of_state(self, function: Quantities, values: Mapping[str, float]) -> list[float]:
-        return function.of_vector([values[name] for name in function.arguments])
-
-    def _of_states(
-        self, function: Quantities, values: Mapping[str, Any], shapes: Sequence[tuple[int, ...]]
-    ) -> tuple[list[Array], tuple[int, ...]]:
-        """Return parts of these shapes behind the axes of the values, and the shape of these."""
-        given = [np.asarray(values[name], float) for name in function.arguments]
-        arrays = np.broadcast_arrays(*given)
-        flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
-        rows = np.stack([*function.at(flat).values()], axis=-1)
-        ends = np.cumsum([abs(math.prod(shape)) for shape in shapes])[: len(shapes) - 1]
-        whole = arrays[0].shape
-        parts = zip(np.split(rows, ends, axis=-1), shapes, strict=True)
-        return [part.reshape(*whole, *own) for part, own in parts], whole
+    @property
+    def _motion_count(self) -> int:
+        return sum(map(math.prod, self._motion_shapes))
 
     @property
     def contact_quantities(self) -> Quantities:
         """All `ContactNumbers` but mu, row by row."""
-        return self._quantities("contacts", _contact_names, self.dynamics.contact_function)
+        outline, definition = self.dynamics.outline, self.dynamics.definition
+        return quantities(
+            "contacts",
+            definition,
+            outline.argument_names,
+            lambda: (_contact_names(outline), self.dynamics.contact_function()),
+        )
 
     @property
-    def motion_quantities(self) -> Quantities:
-        """All `MotionNumbers`, row by row."""
-        return self._quantities("motion", _motion_names, self.dynamics.motion_function)
-
-    def _quantities(
-        self,
-        title: str,
-        names: Callable[[MechanismOutline], list[str]],
-        function: Callable[[], ca.Function],
-    ) -> Quantities:
+    def whole_quantities(self) -> Quantities:
+        """All `ContactNumbers` but mu, followed by all `MotionNumbers`."""
         outline, definition = self.dynamics.outline, self.dynamics.definition
-        given = outline.argument_names
-        return quantities(title, definition, given, lambda: (names(outline), function()))
+
+        def derive() -> tuple[list[str], ca.Function]:
+            import casadi as ca
+
+            x = ca.SX.sym("x", len(outline.argument_names))
+            parts = self.dynamics.contact_function()(x), self.dynamics.motion_function()(x)
+            whole = ca.Function("whole", [x], ca.cse([ca.vertcat(*parts)]))
+            return _contact_names(outline) + _motion_names(outline), whole
+
+        return quantities("whole", definition, outline.argument_names, derive)
 
 
 def _contact_names(outline: MechanismOutline) -> list[str]:

@@ -55,7 +55,7 @@ def test_numbers_are_those_of_energies_and_gaps(name):
     mechanism = model(name)
     values = values_of(mechanism)
     of = Delassus.of(mechanism)
-    contacts, motion = of.at(values), of.motion_at(values)
+    contacts, motion = of.whole_at(values)
     W, b, J, D, free, T = by_casadi(mechanism, values)
     close = {"rtol": 1e-11, "atol": 1e-11}
     np.testing.assert_allclose(contacts.W, W, **close)
@@ -72,10 +72,11 @@ def test_numbers_are_those_of_energies_and_gaps(name):
 def test_numbers_at_an_array_of_states_have_the_bits_of_each(name):
     mechanism = model(name)
     of, values = Delassus.of(mechanism), values_of(mechanism, 1, (4, 3))
-    every = [*of.at_each(values), *of.motion_at_each(values)]
+    contacts, moves = of.whole_at_each(values)
+    every = [*contacts, *moves]
     for place in np.ndindex(4, 3):
         one = {n: float(v[place]) if np.ndim(v) else v for n, v in values.items()}
-        for whole, own in zip(every, [*of.at(one), *of.motion_at(one)], strict=True):
+        for whole, own in zip(every, [*of.at(one), *of.whole_at(one)[1]], strict=True):
             assert whole[place].tobytes() == np.asarray(own).tobytes()
 
 
@@ -129,23 +130,25 @@ def test_mechanism_of_casadi_functions_has_the_same_numbers():
     own, other = of.at(values), by_hand.at(values)
     for name in ("gap", "v", "A_stick", "B_stick", "W", "b", "mu"):
         np.testing.assert_allclose(getattr(other, name), getattr(own, name), rtol=1e-12, atol=1e-14)
-    for moved, given in zip(by_hand.motion_at(values), of.motion_at(values), strict=True):
+    for moved, given in zip(by_hand.whole_at(values)[1], of.whole_at(values)[1], strict=True):
         np.testing.assert_allclose(moved, given, rtol=1e-12, atol=1e-14)
-    many = values_of(rod, 3, (5,))
-    np.testing.assert_allclose(by_hand.at_each(many).W, of.at_each(many).W, rtol=1e-12, atol=1e-14)
+    drawn = values_of(rod, 3, (5,))
+    np.testing.assert_allclose(
+        by_hand.at_each(drawn).W, of.at_each(drawn).W, rtol=1e-12, atol=1e-14
+    )
 
 
 def test_function_with_other_numbers_than_contacts_need_is_rejected():
     class Short(RodByHand):
         definition = "a short rod"
 
-        def motion_function(self):
+        def contact_function(self):
             x = ca.SX.sym("x", len(self.outline.argument_names))
-            return ca.Function("motion", [x], [x[:3]])
+            return ca.Function("contacts", [x], [x[:3]])
 
     rod = model("rod")
-    with pytest.raises(ModelError, match="motion: got a function of \\d+ arguments to 3 numbers"):
-        Delassus(Short(rod.outline)).motion_at(values_of(rod))
+    with pytest.raises(ModelError, match="of 10 arguments to 3 numbers"):
+        Delassus(Short(rod.outline)).at(values_of(rod))
 
 
 def test_layouts_have_the_shapes_of_the_contacts():
@@ -153,6 +156,6 @@ def test_layouts_have_the_shapes_of_the_contacts():
     of = Delassus.of(feet)
     shapes = dict(zip(ContactNumbers._fields, map(np.shape, of.at(values_of(feet))), strict=True))
     assert shapes["W"] == (4, 4) and shapes["b"] == (4,) and shapes["gap"] == (2,)
-    sizes = map(np.shape, of.motion_at(values_of(feet)))
+    sizes = map(np.shape, of.whole_at(values_of(feet))[1])
     moved = dict(zip(MotionNumbers._fields, sizes, strict=True))
     assert moved["J"] == (4, 3) and moved["D"] == (3, 4) and moved["free"] == (3,)
