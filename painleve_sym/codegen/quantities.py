@@ -56,18 +56,20 @@ class Quantities:
         return dict(zip(self.names, self.of_vector(values), strict=True))
 
     def at(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the numbers at n points, each of shape (n,), the same bits as one by one.
+        """Return the numbers at n points by name, each of shape (n,); see `rows`."""
+        return dict(zip(self.names, self.rows(values), strict=True))
+
+    def rows(self, values: Mapping[str, Array]) -> Array:
+        """Return the numbers at n points, shape (names, n), the same bits as one by one.
 
         The values are arrays of shape (n,): every argument, and maybe others.
         """
         arrays = [np.ascontiguousarray(values[name], np.float64) for name in self.arguments]
         if self.compiled is not None:
-            numbers = self.compiled.at_points(arrays, len(arrays[0]))
-        else:
-            from painleve_sym.codegen.evaluate import at_points
+            return self.compiled.at_points(arrays, len(arrays[0]))
+        from painleve_sym.codegen.evaluate import at_points
 
-            numbers = at_points(self.function, np.array(arrays).T.copy()).T
-        return dict(zip(self.names, numbers, strict=True))
+        return at_points(self.function, np.array(arrays).T.copy()).T
 
 
 def quantities(

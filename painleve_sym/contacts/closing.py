@@ -280,7 +280,7 @@ def _closing_coordinates(
 ) -> Array:
     """Return the nearest value of the coordinate with gap = 0; inside the domain where one is."""
     numbers, i = Delassus.of(mechanism).at_each(values), unknown.contact
-    at = {"gap": numbers.gap[:, i], "gap_tolerance": numbers.gap_tolerance[:, i]}
+    at = {"gap": numbers.gap[i], "gap_tolerance": numbers.gap_tolerance[i]}
     start, near = values[unknown.name], at["gap_tolerance"]
     roots = _closed_form_roots(mechanism, unknown, values)
     if roots is None:

@@ -35,7 +35,7 @@ _OF_CONTACT = (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance"
 class ContactNumbers(NamedTuple):
     """Numbers of all n contacts of a mechanism at one state, or at an array of states.
 
-    For an array of states each array begins with the axes of that array.
+    For an array of states each array ends with the axes of that array.
 
     Attributes
     ----------
@@ -70,8 +70,8 @@ class ContactNumbers(NamedTuple):
     @property
     def v(self) -> Array:
         """Velocities of the contacts, shape (2 n,); m/s."""
-        pairs = np.stack([self.gap_rate, self.slip_velocity], axis=-1)
-        return pairs.reshape(*pairs.shape[:-2], -1)
+        pairs = np.stack([self.gap_rate, self.slip_velocity], axis=1)
+        return pairs.reshape(-1, *pairs.shape[2:])
 
 
 class MotionNumbers(NamedTuple):
@@ -252,16 +252,17 @@ class Delassus:
         size = ContactRows(n).size
         shapes = [*[(n,)] * len(_OF_CONTACT), (size, size), (size,), (len(outline.domain),), *more]
         arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in function.arguments))
+        axes, end, parts = arrays[0].shape, 0, list[Array]()
         flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
-        rows, axes = np.stack([*function.at(flat).values()], axis=-1), arrays[0].shape
-        ends = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
-        split = zip(np.split(rows, ends, axis=-1), shapes, strict=True)
-        parts = [part.reshape(*axes, *own) for part, own in split]
+        rows = function.rows(flat)
+        for shape in shapes:
+            end, first = end + math.prod(shape), end
+            parts.append(rows[first:end].reshape(*shape, *axes))
         count = len(shapes) - len(more)
         mu = [
             np.broadcast_to(np.asarray(values[c.friction], float), axes) for c in outline.contacts
         ]
-        own: Any = (*parts[:count], np.stack(mu, axis=-1))
+        own: Any = (*parts[:count], np.stack(mu))
         return ContactNumbers(*own), parts[count:]
 
     @property

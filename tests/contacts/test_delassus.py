@@ -77,7 +77,7 @@ def test_numbers_at_an_array_of_states_have_the_bits_of_each(name):
     for place in np.ndindex(4, 3):
         one = {n: float(v[place]) if np.ndim(v) else v for n, v in values.items()}
         for whole, own in zip(every, [*of.at(one), *of.whole_at(one)[1]], strict=True):
-            assert whole[place].tobytes() == np.asarray(own).tobytes()
+            assert whole[(..., *place)].tobytes() == np.asarray(own).tobytes()
 
 
 def test_mobility_is_symmetric_to_the_last_bit():

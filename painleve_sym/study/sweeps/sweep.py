@@ -321,13 +321,12 @@ class Sweep:
             at = Delassus.of(mechanism).at_each(
                 {name: np.broadcast_to(inputs[name], (n,)) for name in names}
             )
-            (W_nn, W_nt), B = np.moveaxis(at.W[:, 0], -1, 0), at.b[:, 0]
-            slip = at.slip_velocity[:, 0]
-            A = rounded_difference(W_nn, np.sign(slip) * at.mu[:, 0] * W_nt)
+            (W_nn, W_nt), B, slip = at.W[0], at.b[0], at.slip_velocity[0]
+            A = rounded_difference(W_nn, np.sign(slip) * at.mu[0] * W_nt)
             codes = opening_case(A, B)
         codes = np.where(np.isfinite(A + B), codes, CASES["outside"])
         closed = np.abs(at.gap) <= at.gap_tolerance
-        closed = (closed & (np.abs(at.gap_rate) <= at.rate_tolerance))[:, 0]
+        closed = (closed & (np.abs(at.gap_rate) <= at.rate_tolerance))[0]
         codes = np.where(slip == 0, CASES["no_slip"], codes)
         return np.where(closed, codes, CASES["apart"]).astype(np.int8)
 
