@@ -28,6 +28,7 @@ from painleve_sym.motion.frozen_impact import (
     FrozenImpacts,
     FrozenImpactSolver,
 )
+from painleve_sym.motion.law_numbers import loading_curve
 
 CONFIGURATIONS = ("frozen", "carried")
 """Coefficients of the start throughout, or moved to the mean time of the impulse of each part."""
@@ -355,7 +356,7 @@ def evaluate_corrected_jump(
     constants = simulator.constants(
         simulator.parameters({p.name: given[p.name] for p in law.parameters})
     )
-    curve = simulator.loading_curve({name: np.array([v]) for name, v in constants.items()})
+    curve = loading_curve(simulator, {name: np.array([v]) for name, v in constants.items()})
     K, n = (float(values[0]) for values in curve)
     delta = (initial_force / K) ** (1 / n)
     jump = rule(start, given, delta, configuration)
