@@ -18,7 +18,7 @@ from painleve_sym.codegen.compile import compiler_mark
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.compliant import CompliantContact
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines import source
@@ -205,7 +205,7 @@ DAMAGES = {
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_damaged_entry_is_made_anew(cache, damage):
     first = simulators()[0].run(START, t_end=0.2)
-    numbers = contact_numbers(sledge())
+    numbers = Delassus.of(sledge()).contact_quantities
     whole = {path: path.read_bytes() for path in entries(cache)}
     assert len(whole) == 2  # the engine, the numbers of its contact
     for path, text in whole.items():
@@ -213,7 +213,7 @@ def test_damaged_entry_is_made_anew(cache, damage):
     quantities._stored.cache_clear()
     again = simulators()[0].run(START, t_end=0.2)
     assert np.array_equal(again.final_state, first.final_state)
-    assert contact_numbers(sledge()).names == numbers.names
+    assert Delassus.of(sledge()).contact_quantities.names == numbers.names
     assert {path: path.read_bytes() for path in entries(cache)} == whole
 
 
