@@ -88,6 +88,7 @@ class _Run:
         self.t, self.t_event, self.at_once = 0.0, -np.inf, 0
         # Memory chosen at one instant, and the instant.
         self.entered, self.entered_at = list[Array](), -np.inf
+        self.repeats = False
         self.t_end = self.options.t_end - self.t_base
         self.limit: tuple[int, int, float] | None = None
         self.history.clear()
@@ -171,6 +172,9 @@ class _Run:
                 guard_side(g[j], d[j], d2[j], self.h_ref, j in departs, moment)
                 for j in range(len(g))
             ]
+            if self.repeats:
+                # What is chosen again and again follows a guard that rises too slowly to be seen.
+                sides = [max(side, 0) if d[j] > 0 else side for j, side in enumerate(sides)]
             self.armed = np.array(sides) > 0
             transitions = self.modes[self.mode].transitions
             if transitions and transitions[-1].immediate:
@@ -204,6 +208,7 @@ class _Run:
             departs = self.engine.functions.departures(choice)
             if self.mode == before:
                 departs += tuple(k for k in kept if k != j)
+            self.repeats = False
             if transition.chooses:
                 x, z, leaving = self.choose(x, z)
                 departs += leaving
@@ -237,10 +242,11 @@ class _Run:
         if chosen is None:
             self.reason, self.decision = StopReason.NO_MODE, True
         else:
+            self.repeats = any(np.array_equal(chosen, m) for m in self.entered)
             self.entered.append(chosen)
         return x, z if chosen is None else chosen, parts.leaving(self.mode)
 
-    def held(self, memory: Array) -> tuple[int, float, Array]:
+    def held(self, memory: Array, exists: bool) -> tuple[int, float, Array]:
         """Return the results of `tests_hold` with a memory, and the rates of the states."""
         self.z = memory
         at = (self.x, memory, self.c)
@@ -249,7 +255,7 @@ class _Run:
         h, tests, hold = self.first_step(rates), self.runner.tests, (FAILS, np.inf)
         parts = self.engine.parts
         if parts is not None and tests is not None and np.isfinite(h):
-            hold = tests_hold(tests(*at), h, parts.roles(self.mode), parts.exists)
+            hold = tests_hold(tests(*at), h, parts.roles(self.mode), exists)
         return *hold, rates
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:

@@ -44,8 +44,12 @@ def guard_side(g: float, d: float, d2: float, h: float, departs: bool, moment: f
     return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
 
 
-FAILS, HOLDS, LASTS, IDLE = 0, 1, 2, 4
-"""How the tests of a combination hold; IDLE is added where what should begin stays zero."""
+FAILS, HOLDS, LASTS, IDLE, ENDS = 0, 1, 2, 4, 8
+"""How the tests of a combination hold; IDLE is added where what should begin stays zero.
+
+They end where they fail by rates alone: guards would be armed, though values are no more than
+rounding.
+"""
 
 
 def tests_hold(
@@ -57,7 +61,7 @@ def tests_hold(
     with first and second derivatives along the motion, and their scales, shape (nt,) each; h is the
     first step of the motion, s. Where a motion always `exists`, none is idle.
     """
-    lasts, idle, missed = True, False, 0.0
+    lasts, idle, ends, missed = True, False, True, 0.0
     for v, d, d2, scale, role in zip(*values, roles, strict=True):
         first, second, slope = h * d, 0.5 * h * h * d2, _ZERO_SLOPE * scale
         if not np.isfinite(v):
@@ -74,15 +78,16 @@ def tests_hold(
             decides = -abs(decides)
         if decides < 0:
             missed = max(missed, -decides / scale if scale > 0 else math.inf)
+            ends &= role is TestRole.HOLDS and guard_side(v, d, d2, h, False) > 0
         lasts &= stays or role is TestRole.VANISHES or guard_side(v, d, d2, h, False) >= 0
     if missed > 0:
-        return FAILS, missed
+        return (ENDS if ends else FAILS), missed
     return (LASTS if lasts else HOLDS) | (IDLE if idle else 0), missed
 
 
-def same_motion(a: Array, b: Array) -> bool:
-    """Whether two rates of the states are those of one motion."""
-    return bool(np.abs(a - b).max() <= _SAME_MOTION * np.abs(a).max())
+def same_motion(a: Array, b: Array, rounding: float = 0.0) -> bool:
+    """Whether rates are those of one motion; less than `rounding` they are not known to."""
+    return bool(np.abs(a - b).max() <= max(_SAME_MOTION * np.abs(a).max(), rounding))
 
 
 class Combination(NamedTuple):
@@ -101,10 +106,10 @@ class Parts:
         self.automaton: HybridAutomaton = functions.automaton
         self._alternatives = Call(alternatives)
 
-    @property
-    def exists(self) -> bool:
-        """Whether there is always one motion: all forces are given."""
-        return self.automaton.impacts is None
+    def exists(self, combinations: Sequence[Combination]) -> bool:
+        """Whether there is always one motion: all forces are given, no rigid contact can close."""
+        impacts = self.automaton.impacts
+        return impacts is None or all(c.open == len(impacts.rigid) for c in combinations)
 
     @cached_property
     def rest(self) -> list[int]:
@@ -162,29 +167,35 @@ class Parts:
     def choose(
         self,
         combinations: list[Combination],
-        held: Callable[[Array], tuple[int, float, Array]],
+        held: Callable[[Array, bool], tuple[int, float, Array]],
         before: Array,
         entered: list[Array],
     ) -> Array | None:
         """Return the memory that is entered; None where no combination satisfies the tests.
 
-        Forces that are all given leave one motion: where rounding hides it, that is the nearest. A
-        motion that ends where it begins is not the one that lasts. `held` maps the memory to the
-        results of `tests_hold` and the rates of the states; `before` is the memory before the
-        event, shape (nz,), and `entered` are those chosen before at this instant.
+        Forces that are all given leave one motion: where rounding hides it, that is the nearest; of
+        others it is one that ends in no time. A motion that ends where it begins is not the one
+        that lasts; of one motion a combination is taken that does. `held` maps the memory, and
+        whether all forces are given, to the results of `tests_hold` and the rates of the states;
+        `before` is the memory before the event, shape (nz,), and `entered` are those chosen before
+        at this instant.
         """
         policy, parts = self.automaton.preference, len(self.automaton.parts)
         best, motions, chosen, rate, repeats, most = -1, 0, None, before, True, 0
-        nearest, exists, some = (math.inf, before), self.exists, False
+        nearest, exists, some = (math.inf, before), self.exists(combinations), False
+        lasts, lasting, span = True, list[tuple[Array, Array, int]](), 0.0
         idle: tuple[Array, ...] = ()
         for memory, is_open, preferred, rests in combinations:
-            hold, missed, rates = held(memory)
+            hold, missed, rates = held(memory, exists)
+            span = max(span, float(np.abs(rates).max()))
+            if hold == LASTS:
+                lasting.append((memory, rates, preferred))
             # What alone is possible needs no test.
             hold = hold if len(combinations) > 1 else HOLDS
             left = np.array_equal(memory, before)
             again = exists and (left or any(np.array_equal(memory, m) for m in entered))
-            if not hold:
-                if not again and missed < nearest[0]:
+            if hold in (FAILS, ENDS):
+                if not again and (exists or hold) and missed < nearest[0]:
                     nearest = missed, memory
                 continue
             repeats &= again
@@ -200,8 +211,15 @@ class Parts:
             if rank > best:
                 best, chosen, rate = rank, memory, rates
                 idle = rests if hold & IDLE else ()
-        chosen = next((memory for memory in idle if held(memory)[0] in (HOLDS, LASTS)), chosen)
+                lasts = len(combinations) == 1 or bool(hold & LASTS)
+        if not exists and not lasts:
+            for memory, rates, preferred in lasting:
+                if preferred == most and same_motion(rates, rate, _ZERO_TERMS * span):
+                    chosen, idle = memory, ()
+                    break
+        held_at_rest = (memory for memory in idle if held(memory, exists)[0] in (HOLDS, LASTS))
+        chosen = next(held_at_rest, chosen)
         motions = motions or int(some)
-        if exists and (not motions or repeats) and nearest[0] < math.inf:
+        if (not motions or (exists and repeats)) and nearest[0] < math.inf:
             return nearest[1]
         return None if policy == 0 and motions > 1 else chosen

@@ -52,6 +52,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     s->mode = tr->target[choice];
     *departs = tr->departs[choice] | kept;
 #if PS_NPART
+    s->repeats = 0;
     if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
     if (tr->chooses) *departs |= PS_LEAVING[s->mode];
 #endif
@@ -139,6 +140,10 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
     int fire = -1;
     for (int j = 0; j < m->n && fire < 0; j++) {
       int side = guard_side(s->g[j], s->dg[j], s->d2[j], zero, moment, (departs >> j) & 1);
+#if PS_NPART
+      /* What is chosen again and again follows a guard that rises too slowly for the choice to see. */
+      if (side < 0 && s->repeats && s->dg[j] > 0) side = 0;
+#endif
       s->armed[j] = side > 0;
       if (side < 0) fire = j;
     }
@@ -158,6 +163,7 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   s->last_kind = -1;
 #if PS_NPART
   s->t_entered = -HUGE_VAL;
+  s->repeats = 0;
 #endif
   s->reason = PS_RUNNING;
   s->stop_transition = -1;
