@@ -230,7 +230,6 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     return [
         "#define PS_ALTERNATIVES alternatives",
         f"#define PS_POLICY {automaton.preference}",
-        f"#define PS_EXISTS {int(automaton.impacts is None)}",
         f"#define PS_OWNED_SIZE {len(automaton.memory)}",
         f"static const ps_bits PS_LEAVING[PS_NM] = {{{', '.join(f'{m}ull' for m in masks)}}};",
         f"#define PS_NREST {len(rest)}",

@@ -53,6 +53,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     s->mode = tr->target[choice];
     *departs = tr->departs[choice] | kept;
 #if PS_NPART
+    s->repeats = 0;
     if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
     if (tr->chooses) *departs |= PS_LEAVING[s->mode];
 #endif
@@ -142,6 +143,10 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
     for (int j = 0; j < v->n && fire < 0; j++) {
       const int left = (departs >> v->transition[j]) & 1;
       int side = guard_side(s->g[j], s->dg[j], s->d2[j], zero, moment, left);
+#if PS_NPART
+      /* What is chosen again and again follows a guard that rises too slowly for the choice to see. */
+      if (side < 0 && s->repeats && s->dg[j] > 0) side = 0;
+#endif
       s->armed[j] = side > 0;
       if (side < 0) fire = v->transition[j];
     }
@@ -161,6 +166,7 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   s->last_kind = -1;
 #if PS_NPART
   s->t_entered = -HUGE_VAL;
+  s->repeats = 0;
 #endif
   s->reason = PS_RUNNING;
   s->stop_transition = -1;

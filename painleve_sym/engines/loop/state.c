@@ -109,7 +109,8 @@ typedef struct {
   int last_contact; /* of the last event, or -1 */
 #if PS_NPART
   double entered[PS_ENTERED][PS_NZ], t_entered; /* memory chosen at one instant, and the instant */
-  int choices;
+  int choices, repeats; /* how many, and whether the last one was there before */
+  int exists;           /* whether there is always one motion: all forces are given */
 #endif
 #ifdef PS_IMPACTS
   double touchdown[PS_TOUCHDOWNS]; /* the last times, the latest first */
