@@ -3,7 +3,8 @@
 The impact of Table 3 with the paper's law (n = 1.764, E = 20.9e14 Pa): derivatives of the
 velocities and of the time at separation, each by a relative change of a parameter, through all four
 events; then the gradient of the force that separates lift-off from impact (Table 4).
-`... sensitive_impact.py STEM` draws the normal velocity and its derivatives over time to STEM.png and STEM.svg. SI units.
+`... sensitive_impact.py STEM` draws the normal velocity and its derivatives over time to STEM.png
+and STEM.svg. SI units.
 """
 
 import sys
