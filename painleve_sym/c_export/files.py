@@ -15,14 +15,14 @@ from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.engines.protocol import ENGINE_REASONS, RunOptions
+from painleve_sym.engines.protocol import DEFAULT_RTOL, ENGINE_REASONS, RunOptions
 from painleve_sym.engines.source import source
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.engines.taylor.source import source as taylor_source
 from painleve_sym.escape import c_comment, c_name, c_string, markdown_text, one_line
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
 _LIBRARY_ONLY = ("-fPIC", "-shared", "-fvisibility=hidden")

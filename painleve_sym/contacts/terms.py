@@ -1,8 +1,8 @@
-"""The numbers of all contacts of a mechanism at a state, and their impacts."""
+"""The numbers of all contacts of a mechanism at a state."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -13,13 +13,8 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.simultaneous import PathRecord, solve_simultaneous_impact
-from painleve_sym.contacts.model import CONTACT_LOSS, FORCE_LOSS, FRICTION_LOSS, StateRow
+from painleve_sym.contacts.model import StateRow
 from painleve_sym.mechanics.mechanism import Mechanism
-
-TOUCHING = 1e-10
-"""Of the scale of a gap and of its rate: contacts that touch down together do so to this part."""
 
 
 class ContactTerms(NamedTuple):
@@ -48,38 +43,16 @@ class ContactTerms(NamedTuple):
     velocity: Array
 
 
-class ImpactResult(NamedTuple):
-    """An impact and the state after it.
-
-    Attributes
-    ----------
-    impulses : ndarray, shape (2 n,)
-        P_n, P_t of every contact of the mechanism; N s.
-    state : ndarray, shape (nx,)
-    contacts : tuple of int
-        Those that took part.
-    path : PathRecord
-        Of these contacts.
-    """
-
-    impulses: Array
-    state: Array
-    contacts: tuple[int, ...]
-    path: PathRecord
-
-
 @dataclass(frozen=True)
 class ContactImpacts:
-    """Impacts of the rigid contacts of a mechanism, on the states of its automaton.
+    """Numbers of the contacts of a mechanism, on the states of its automaton.
 
-    The rows are the states of each contact; `rigid` are the indices of the contacts that take part
-    in impacts.
+    The rows are the states of each contact.
     """
 
     mechanism: Mechanism
     states: tuple[str, ...]
     rows: tuple[StateRow, ...]
-    rigid: tuple[int, ...]
 
     @property
     def _at(self) -> ContactRows:
@@ -149,123 +122,3 @@ class ContactImpacts:
     def contact_values(self, state: Array) -> Array:
         """Return gaps, gap rates and slip velocities, each of shape (n,)."""
         return state[self.places].T
-
-    def touching(self, state: Array, scale: Array, values: Mapping[str, float]) -> Array:
-        """Return the state with gaps that close at the same instant, but for rounding, as 0.
-
-        Those that seem to open by rounding alone rest.
-
-        Both arrays, the state and the scale of each, have the shape (nx,); `values` are the
-        parameters.
-        """
-        rigid = np.array(self.rigid)
-        after, (gaps, rates, _) = state.copy(), self.places[rigid].T
-        near = np.abs(state[gaps]) <= TOUCHING * scale[gaps]
-        near &= state[rates] <= TOUCHING * scale[rates]
-        after[gaps[near]] = 0.0
-        self._book_loss(state, after, values)
-        opening = rigid[near & (state[rates] > 0)].tolist()
-        return self.closed(after, values, opening) if opening else after
-
-    def _book_loss(self, before: Array, after: Array, values: Mapping[str, float]) -> None:
-        """Book the energy that `after` lacks as lost in contacts."""
-        if (before == after).all():
-            return
-        then, now = (sum(self._energy.of_vector(self._point(x, values))) for x in (before, after))
-        after[self._index[CONTACT_LOSS]] += then - now
-
-    @cached_property
-    def _energy(self) -> Quantities:
-        def derive() -> tuple[dict[str, Any], list[Any]]:
-            system = self.mechanism.system
-            return {"T": system.kinetic_energy, "V": system.potential_energy}, self._symbols()
-
-        return quantities("energy", self.mechanism.definition, self._arguments, derive)
-
-    def short_bounces(self, state: Array, values: Mapping[str, float], time: float) -> list[int]:
-        """Return the rigid contacts that leave and would be back within `time`; s."""
-        gaps, rates, _ = self.contact_values(state)
-        leaving = [i for i in self.rigid if gaps[i] <= 0 and rates[i] > 0]
-        if not leaving:
-            return []
-        falls = -self.terms(state, values).b[self._at.normals]
-        return [i for i in leaving if 2 * rates[i] < time * falls[i]]
-
-    def closing(self, state: Array, contacts: Sequence[int]) -> list[int]:
-        """Return contacts that close, with those at rest."""
-        gaps, rates, _ = self.contact_values(state)
-        resting = [i for i in self.rigid if gaps[i] <= 0 and rates[i] == 0]
-        return sorted({*contacts, *resting})
-
-    def closing_rows(self, state: Array, terms: ContactTerms, contacts: Sequence[int]) -> list[int]:
-        """Return the rows of the velocities that closing contacts makes vanish.
-
-        All normal ones, and the slip velocity of a contact with friction that the normal impulses
-        alone would start or turn: it sticks. So no energy is added.
-        """
-        _, _, slips = self.contact_values(state)
-        normals = [self._at.normal(i) for i in contacts]
-        alone = _least_norm(terms.W, normals, -terms.velocity[normals])
-        change = np.abs(terms.W @ alone)[self._at.tangentials]
-        stick = [i for i in contacts if terms.mu[i] > 0 and abs(slips[i]) <= change[i] != 0]
-        return sorted([*normals, *map(self._at.tangent, stick)])
-
-    def closed(self, state: Array, values: Mapping[str, float], contacts: Sequence[int]) -> Array:
-        """Return the state with contacts closed: gap and normal velocity 0, by impulses.
-
-        They are those whose gap and normal velocity are all but 0. Those at rest stay closed with
-        them, guides too. `values` are the parameters.
-        """
-        contacts, terms = self.closing(state, contacts), self.terms(state, values)
-        rows = self.closing_rows(state, terms, contacts)
-        impulses = _least_norm(terms.W, rows, -terms.velocity[rows])
-        together = state.copy()
-        together[self.places[contacts, 0]] = 0.0
-        self._book_loss(state, together, values)
-        after = self._pushed(together, terms, impulses)
-        works = impulses * terms.velocity / 2
-        after[self._index[CONTACT_LOSS]] -= works[self._at.normals].sum()
-        after[self._index[FRICTION_LOSS]] -= works[self._at.tangentials].sum()
-        after[self.velocities[rows]] = 0.0
-        return after
-
-    def _pushed(self, state: Array, terms: ContactTerms, impulses: Array) -> Array:
-        """Return the state with the velocities after impulses, and the work of the drives."""
-        after, n = state.copy(), len(self.mechanism.outline.coordinates)
-        after[n : n + n] += terms.directions @ impulses
-        # Last, since a generalised velocity may be that of a contact.
-        after[self.velocities] = state[self.velocities] + terms.W @ impulses
-        if FORCE_LOSS in self._index:
-            after[self._index[FORCE_LOSS]] -= terms.drive_speeds @ impulses
-        return after
-
-    def impact(
-        self, state: Array, values: Mapping[str, float], restitution: str, e: float
-    ) -> ImpactResult | None:
-        """Return the impact of the closed rigid contacts; None where it jams."""
-        gaps, rates, _ = self.contact_values(state)
-        closed = [i for i in self.rigid if gaps[i] <= 0 and rates[i] <= 0]
-        terms, rows = self.terms(state, values), self._at.of_contacts(closed)
-        at = self.velocities[rows]
-        W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
-        bilateral = np.array([self.mechanism.outline.contacts[i].bilateral for i in closed])
-        impact = solve_simultaneous_impact(
-            W, mu, state[at], restitution, e, load=terms.b[rows], bilateral=bilateral
-        )
-        if impact.end is ImpactEnd.JAM:
-            return None
-        impulses = np.zeros(len(self.velocities))
-        impulses[rows] = impact.impulses
-        after = self._pushed(state, terms, impulses)
-        # What the impact made vanish is exactly 0.
-        after[at] = impact.velocities
-        after[self._index[CONTACT_LOSS]] -= impact.normal_work
-        after[self._index[FRICTION_LOSS]] -= impact.tangential_work
-        return ImpactResult(impulses, after, tuple(closed), impact.path)
-
-
-def _least_norm(W: Array, rows: Sequence[int], change: Array) -> Array:
-    """Return the impulses (2 n) in these rows, of least norm, that change the velocities there."""
-    impulses = np.zeros(len(W))
-    impulses[rows] = np.linalg.lstsq(W[np.ix_(rows, rows)], change, rcond=1e-12)[0]
-    return impulses

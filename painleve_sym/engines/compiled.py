@@ -25,15 +25,15 @@ from painleve_sym.engines.batch import (
     Given,
     Kept,
 )
+from painleve_sym.engines.listening import listening
 from painleve_sym.engines.protocol import (
     ADMITS,
     DENSE_ROWS,
     ENGINE_REASONS,
+    Listener,
     Prepared,
     RawRun,
-    Resolver,
     RunOptions,
-    run_resolved,
 )
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import NoRecurrence, StopReason
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from painleve_sym.hybrid.automaton import HybridAutomaton
 
 _DECISION = -2
-"""Reason of a run that asks for a decision (PS_DECISION)."""
+"""Reason of a run whose parts cannot choose (PS_DECISION)."""
 _HEAD = 13
 """Numbers before the state in what a run returns."""
 _RECORD = {"end": 0, "events": 1, "dense": 2}
@@ -72,6 +72,7 @@ def _options_structure(nx: int, kinds: int) -> type[Any]:
             ("start_events", ctypes.c_int),
             ("start_mode", ctypes.c_int),
             ("start_departs", ctypes.c_uint64),
+            ("listener", ctypes.c_void_p),
         )
 
     return Options
@@ -268,11 +269,9 @@ class CompiledEngine:
         parameters: Array,
         options: RunOptions,
         memory: Array | None = None,
-        resolve: Resolver | None = None,
+        listener: Listener | None = None,
     ) -> RawRun:
         """Integrate from t = 0; the memory is 0 or given."""
-        if resolve is not None:
-            return run_resolved(self, state, parameters, options, memory, resolve)
         out: Any = self._end()
         # Passing `bytes` avoids the overhead of `ndarray.ctypes`.
         x, p, atol = _bytes(state), _bytes(parameters), _bytes(options.atol)
@@ -281,7 +280,13 @@ class CompiledEngine:
         if last is not options:
             shared = ctypes.byref(self._in_c(_shared(options)))
             self._last_options = (options, shared)
-        kept = self._library.ps_complete(x, z, p, shared, atol, out)
+        if listener is None:
+            kept = self._library.ps_complete(x, z, p, shared, atol, out)
+        else:
+            with listening(listener, self._nx) as heard:
+                own = self._options.from_buffer_copy(self._in_c(_shared(options)))
+                own.listener = heard
+                kept = self._library.ps_complete(x, z, p, ctypes.byref(own), atol, out)
         time, mode, reason, stop, *counters, step_count, event_count, width = out[:_HEAD]
         decision = reason == _DECISION
         if reason < 0 and not decision:
@@ -310,7 +315,6 @@ class CompiledEngine:
             steps=steps,
             events=events,
             counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
-            decision=decision,
         )
 
     def run_batch(

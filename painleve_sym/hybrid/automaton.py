@@ -103,11 +103,10 @@ class Transition:
     chooses : bool
         Whether the parts of the automaton choose their local modes after the reset: a combination
         of alternatives that satisfies the tests of the target. Where there is none, the contacts
-        have an impact or, without `HybridAutomaton.impacts`, the engine asks.
+        have an impact or, without `HybridAutomaton.impacts`, the run ends.
     strikes : bool
         Whether the contacts of `HybridAutomaton.impacts` have an impact there; its only choice
-        names the mode that follows. An engine that computes no impacts asks the resolver of the run
-        (`Resolver`), which returns events and the mode to continue in.
+        names the mode that follows.
     """
 
     label: str

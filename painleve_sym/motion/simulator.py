@@ -6,25 +6,25 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Unpack
 
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import LARGEST, by_name, names_of, number
-from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike, chosen
+from painleve_sym.checks import by_name, names_of, number
+from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.classify import held_faults
 from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.inputs import closed_place, inside
-from painleve_sym.contacts.model import CONTACT, ContactModel
 from painleve_sym.contacts.terms import ContactImpacts
-from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import SOURCES, make_engine
-from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
+from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
+from painleve_sym.hooks import upper
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
@@ -36,7 +36,7 @@ from painleve_sym.mechanics.materials import (
     two_materials,
 )
 from painleve_sym.mechanics.mechanism import Mechanism, Place
-from painleve_sym.motion.impact_resolver import ImpactResolver
+from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from painleve_sym.hybrid.automaton import HybridAutomaton
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 
-DEFAULT_RTOL = 1e-11
-"""The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
 NO_FORCE = -1.0
 """Initial force that stands for none."""
 _JAM = (
@@ -64,7 +62,8 @@ class Start(NamedTuple):
     """Start of a run: its place, its state and parameters in the engine's order, and its scale.
 
     Below the scale of a state, shape (nx,), only its absolute error counts. The place is not yet
-    pressed by the initial force, N, which is negative where there is none.
+    pressed by the initial force, N, which is negative where there is none. `materials` are those of
+    both bodies, where they are given.
     """
 
     place: Place
@@ -72,6 +71,7 @@ class Start(NamedTuple):
     parameters: Array
     scale: Array
     force: float
+    materials: tuple[Material, Material] | None = None
 
 
 @dataclass(frozen=True, init=False)
@@ -103,7 +103,8 @@ class Simulator:
         One law for all contacts, or the law of each by the contact's name. Of several contacts,
         parameters of laws that are given by contact have its name behind theirs: ``E_A``.
     engine : {"auto", "compiled", "taylor", "erk"}
-        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler.
+        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler;
+        several contacts need one.
 
     Raises
     ------
@@ -156,9 +157,9 @@ class Simulator:
         return tuple(self.law[name] for name in names)
 
     @cached_property
-    def contact(self) -> ContactModel:
+    def contact(self) -> ContactDerivation:
         """The contact or contacts, joined with their laws."""
-        return ContactModel(self.mechanism, self.laws)
+        return ContactDerivation(self.mechanism, self.laws)
 
     @property
     def automaton(self) -> HybridAutomaton:
@@ -280,9 +281,9 @@ class Simulator:
 
     @cached_property
     def impacts(self) -> ContactImpacts:
-        """Impacts of the rigid contacts of several."""
+        """Numbers of the contacts of several."""
         names, rows = self.outline.state_names, self.contact.rows
-        return ContactImpacts(self.mechanism, names, rows, self.rigid)
+        return ContactImpacts(self.mechanism, names, rows)
 
     # ---- the loading curves of compliant contacts ----
 
@@ -324,24 +325,11 @@ class Simulator:
 
     # ---- one motion ----
 
+    @spelled_out(RunArguments)
     def run(
         self,
         state: Mapping[str, Value] | None = None,
-        *,
-        t_end: float,
-        until: str | Sequence[str] = (),
-        parameters: Mapping[str, Value] | None = None,
-        law_parameters: Mapping[str, Value] | None = None,
-        material: MaterialsLike | None = None,
-        initial_force: float | None = None,
-        close: str | None = None,
-        rtol: float = DEFAULT_RTOL,
-        atol: Array | None = None,
-        record: RecordLike = Record.DENSE,
-        first_step: float = 0.0,
-        max_step: float = float("inf"),
-        max_steps: int = MAX_STEPS,
-        max_events: int = MAX_EVENTS,
+        **arguments: Unpack[RunArguments],
     ) -> Trajectory:
         """Integrate the motion from t = 0.
 
@@ -355,45 +343,14 @@ class Simulator:
         >>> [str(event.kind) for event in run.events[:2]]
         ['slip_stop', 'max_compression']
         """
-        start = self.start(
-            self.at(state, parameters, law_parameters, material, close), initial_force
-        )
-        checked = self.options(
-            start.scale,
-            t_end=t_end,
-            until=until,
-            rtol=rtol,
-            atol=atol,
-            record=record,
-            first_step=first_step,
-            max_step=max_step,
-            max_steps=max_steps,
-            max_events=max_events,
-        )
-        resolver = self._resolver(start, checked)
-        raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
-        resolved = resolver.impulses if resolver else ()
-        pair = None if material is None else two_materials(material)
-        trajectory = self.trajectory(raw, start, checked, resolved, pair)
+        settings, begins = separated(self.where, RunArguments, arguments)
+        start = self.begin(state, **begins)
+        checked = self.options(start.scale, settings)
+        raw = self.integrator.run(start.state, start.parameters, checked)
+        trajectory = self.trajectory(raw, start, checked)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.place.parameters)
         return trajectory
-
-    def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
-        """Return what answers for impacts of several contacts where the engine does not."""
-        if isinstance(self.integrator, CompiledEngine) or not self.strikes:
-            return None
-        return ImpactResolver(**self.resolver_inputs(start.place.parameters, options))
-
-    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
-        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
-        return {
-            "impacts": self.impacts,
-            "law": self.contact.rigid_law,
-            "target": [m.name for m in self.outline.modes].index(CONTACT),
-            "values": values,
-            "scale": options.atol / options.rtol,
-        }
 
     def at(
         self,
@@ -409,6 +366,21 @@ class Simulator:
             given = {**self.of_materials(material, given), **given}
         place = self.mechanism.at(state, given, declared=self.declared, where=self.where)
         return place if close is None else closed_place(place, close)
+
+    def begin(
+        self,
+        state: Mapping[str, Value] | None = None,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        law_parameters: Mapping[str, Value] | None = None,
+        material: MaterialsLike | None = None,
+        initial_force: float | None = None,
+        close: str | None = None,
+    ) -> Start:
+        """Return the start of a run from the arguments of `simulate` besides its settings."""
+        place = self.at(state, parameters, law_parameters, material, close)
+        start = self.start(place, initial_force)
+        return start if material is None else start._replace(materials=two_materials(material))
 
     def start(self, place: Place, initial_force: float | None = None) -> Start:
         """Return the start of a run; InputError where the laws or the domain do not admit it."""
@@ -545,23 +517,12 @@ class Simulator:
         """Names of the parameters in the engine's order."""
         return self.outline.parameter_names
 
+    @spelled_out(RunArguments)
     def sensitivities(
         self,
-        state: Mapping[str, float],
+        state: Mapping[str, Value] | None,
         wrt: Sequence[str],
-        *,
-        t_end: float,
-        until: str | Sequence[str] = (),
-        parameters: Mapping[str, float] | None = None,
-        law_parameters: Mapping[str, float] | None = None,
-        initial_force: float | None = None,
-        rtol: float = DEFAULT_RTOL,
-        atol: Array | None = None,
-        record: RecordLike = Record.DENSE,
-        first_step: float = 0.0,
-        max_step: float = float("inf"),
-        max_steps: int = MAX_STEPS,
-        max_events: int = MAX_EVENTS,
+        **arguments: Unpack[RunArguments],
     ) -> SensitiveTrajectory:
         """Integrate the motion together with its first derivatives, through every event.
 
@@ -571,8 +532,8 @@ class Simulator:
         wrt : sequence of str
             Directions: names of coordinates and velocities (their start values), of parameters of
             mechanism and law, and ``initial_force`` where that is given.
-        t_end, until, parameters, law_parameters, initial_force
-            As for `run`; so are those that follow.
+        **arguments
+            As for `run`.
 
         Returns
         -------
@@ -584,67 +545,32 @@ class Simulator:
         InputError
             As for `run`; unknown names of directions.
         """
-        from painleve_sym.motion.sensitivity.variational import differentiated
-
-        options: dict[str, Any] = {
-            "parameters": self.given(parameters, law_parameters),
-            "initial_force": initial_force,
-            "t_end": t_end,
-            "until": until,
-            "rtol": rtol,
-            "atol": atol,
-            "record": record,
-            "first_step": first_step,
-            "max_step": max_step,
-            "max_steps": max_steps,
-            "max_events": max_events,
-        }
         directions = names_of(wrt, f"{self.where}: wrt", "mu,theta")
-        return differentiated(self, state, directions, **options)
+        result: SensitiveTrajectory = upper("sensitivities")(self, state, directions, arguments)
+        return result
 
     @cached_property
     def directions(self) -> dict[Any, Any]:
         """`Directions` by their names and by whether a force is given; filled when used."""
         return {}
 
-    def options(
-        self,
-        scale: Array,
-        *,
-        t_end: float,
-        until: str | Sequence[str] = (),
-        rtol: float = DEFAULT_RTOL,
-        atol: Array | None = None,
-        record: RecordLike = Record.DENSE,
-        first_step: float = 0.0,
-        max_step: float = float("inf"),
-        max_steps: int = MAX_STEPS,
-        max_events: int = MAX_EVENTS,
-    ) -> RunOptions:
-        """Return checked options of a run; `scale` is that of its start. See `simulate`."""
-        if type(t_end) is not float or not 0 < t_end <= LARGEST:
-            t_end = number(t_end, "t_end", where=self.where, above=0.0)
-        if type(rtol) is not float or not 1e-15 <= rtol < 1:
-            # Before it scales the states: 0 times the infinite scale of some is nan.
-            rtol = number(rtol, "rtol", where=self.where, lower=1e-15, below=1.0)
+    def options(self, scale: Array, settings: RunSettings) -> RunOptions:
+        """Return the options of a run with checked settings; `scale` is that of its start."""
+        until, rtol, atol = settings.until, float(settings.rtol), settings.atol
         asked = type(until) is not tuple or until
         kinds = names_of(until, f"{self.where}: until", "slip_stop") if asked else ()
         for kind in kinds:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
-        return RunOptions(
-            t_end,
-            rtol,
-            rtol * scale if atol is None else self._tolerances(atol, scale),
-            kinds,
-            record,
-            first_step,
-            max_step,
-            max_steps,
-            max_events,
-            start_events=self.start_events,
-        )
+        own: dict[str, Any] = {
+            "t_end": float(settings.t_end),
+            "rtol": rtol,
+            "atol": rtol * scale if atol is None else self._tolerances(atol, scale),
+            "until": kinds,
+            "start_events": self.start_events,
+        }
+        return RunOptions(**{**vars(settings), **own})
 
     def _tolerances(self, atol: Any, scale: Array) -> Array:
         """Return the absolute tolerance of each state, in the shape that the engine reads."""
@@ -664,15 +590,13 @@ class Simulator:
         raw: RawRun,
         start: Start,
         options: RunOptions,
-        resolved: Sequence[tuple[float, ...]] = (),
-        materials: tuple[Material, Material] | None = None,
     ) -> Trajectory:
-        """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
+        """Return a run as a trajectory."""
         return Trajectory(
             names=self.names,
             parameters=start.place.parameters,
             rtol=options.rtol,
-            record=RunRecord(self, start, raw, options, resolved, materials),
+            record=RunRecord(self, start, raw, options),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz, table_library
-from painleve_sym.checks import checked_number, names_of, number, text_of, whole_number
+from painleve_sym.checks import names_of, number, text_of, whole_number
 from painleve_sym.choices import chosen
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.contacts.model import ENERGIES, LOSSES
@@ -22,6 +21,7 @@ from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords, dense_values
 from painleve_sym.errors import EventKind, InputError, StopReason, received, unknown_name
 from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.hooks import upper
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice, balance_residual
 from painleve_sym.motion.energy_gains import EnergyGain, notices
@@ -713,12 +713,7 @@ class Trajectory(Shown):
         InputError
             The trajectory holds no steps.
         """
-        if width is not None and checked_number(width, "width", above=0.0)[1]:
-            raise InputError(
-                f"trajectory figure: width: got {received(width)}, need a number > 0 of inches. "
-                "Fix: to write a file, plot().savefig(...)."
-            )
-        figure: Figure = _drawing("trajectory_figure").trajectory_figure(self, width)
+        figure: Figure = upper("plot")(self, width)
         return figure
 
     def animate(
@@ -748,18 +743,7 @@ class Trajectory(Shown):
         >>> film.html().startswith("<figure")
         True
         """
-        if mechanism is not None and not isinstance(mechanism, Mechanism):
-            raise InputError(
-                f"animation: mechanism: got {received(mechanism)}, need a Mechanism. "
-                "Fix: to write a file, animate().save(...)."
-            )
-        drawn = mechanism or self.subject
-        if drawn is None:
-            raise InputError(
-                "animation: the trajectory comes from a file or another process, which do not "
-                "keep the mechanism. Fix: give it, such as animate(model('rod'))."
-            )
-        film: Film = _drawing("animation").Animation(self, drawn, duration=duration, width=width)
+        film: Film = upper("animate")(self, mechanism, duration, width)
         return film
 
     def explore(self) -> Any:
@@ -773,25 +757,7 @@ class Trajectory(Shown):
         CompilerMissing
             The module is not part of the package and there is no compiler for WebAssembly.
         """
-        record = self.record
-        if isinstance(record, StoredRecord):
-            raise InputError(
-                "explorer: the trajectory comes from a file or another process, which do not keep "
-                "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."
-            )
-        simulator, start = record.simulator, record.start
-        mechanism = simulator.mechanism
-        page = importlib.import_module("painleve_sym.explorer.page").explore(
-            mechanism,
-            simulator.law,
-            dict(zip(mechanism.state_names, start.state.tolist(), strict=False)),
-            parameters={n: start.place.parameters[n] for n in mechanism.parameters},
-            law_parameters={
-                p.name: start.place.parameters[p.name] for p in simulator.own_parameters
-            },
-            t_end=self.final_time,
-        )
-        return page.widget()
+        return upper("explore")(self)
 
     # ---- files ----
 
@@ -947,11 +913,6 @@ def labels(
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def _drawing(module: str) -> Any:
-    # Figures stand above motions: loaded when asked for, never needed here.
-    return importlib.import_module(f"painleve_sym.present.{module}")
 
 
 def _event(data: dict[str, Any]) -> EventRecord:

@@ -17,6 +17,7 @@ from typing import Any
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
+from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.laws.catalogue import Law, law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
@@ -76,7 +77,7 @@ def measure(seconds: float = 1.0) -> dict[str, dict[str, float]]:
         simulator, options = Simulator(mechanism, chosen), dict(given)
         place = simulator.at(options.pop("state"), options.pop("parameters", None))
         start = simulator.start(place)
-        ready = simulator.options(start.scale, **options)
+        ready = simulator.options(start.scale, RunSettings(**options))
         engine = simulator.integrator
         arguments = start.state, start.parameters, ready
         whole, alone = simulator.run(**given), engine.run(*arguments)
@@ -97,7 +98,11 @@ def named(seconds: float = 1.0) -> dict[str, dict[str, float]]:
     state, stiffness = given["state"], options.pop("parameters")
     simulator = Simulator(mechanism, chosen)
     start = simulator.start(simulator.at(state, stiffness))
-    arguments = start.state, start.parameters, simulator.options(start.scale, **options)
+    arguments = (
+        start.state,
+        start.parameters,
+        simulator.options(start.scale, RunSettings(**options)),
+    )
     engine = simulator.integrator
     calls: dict[str, Callable[[], Any]] = {
         "engine": lambda: engine.run(*arguments),

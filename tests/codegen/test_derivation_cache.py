@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_e
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.model import ContactModel
+from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines import source
 from painleve_sym.engines.compiled import CompiledEngine
@@ -149,7 +150,8 @@ def changed():
 @pytest.mark.parametrize("part", changed())
 def test_key_changes_with_the_mechanism(part):
     keys = {
-        entry_key("engine", ContactModel(m, (law("hertz"),))) for m in (sledge(), changed()[part])
+        entry_key("engine", ContactDerivation(m, (law("hertz"),)))
+        for m in (sledge(), changed()[part])
     }
     assert len(keys) == 2
 
@@ -157,22 +159,24 @@ def test_key_changes_with_the_mechanism(part):
 def test_key_does_not_change_with_the_default_of_a_parameter():
     other = Parameter("m", 2.0, "kg", "mass", 0.0, lower_closed=False)
     alike = [sledge(), sledge(parameters=(other, MU, G)), sledge().with_parameters(mu=0.1)]
-    assert len({entry_key("engine", ContactModel(m, (law("hertz"),))) for m in alike}) == 1
+    assert len({entry_key("engine", ContactDerivation(m, (law("hertz"),))) for m in alike}) == 1
 
 
 def test_key_changes_with_the_law_and_its_choices():
-    builders = [ContactModel(sledge(), (law(n),)) for n in ("hertz", "linear", "bilinear-hertz")]
-    builders.append(ContactModel(sledge(), (law("bilinear-hertz", reload="elastic"),)))
-    builders.append(ContactModel(sledge(), (law("bilinear-hertz", reload="virgin"),)))
+    builders = [
+        ContactDerivation(sledge(), (law(n),)) for n in ("hertz", "linear", "bilinear-hertz")
+    ]
+    builders.append(ContactDerivation(sledge(), (law("bilinear-hertz", reload="elastic"),)))
+    builders.append(ContactDerivation(sledge(), (law("bilinear-hertz", reload="virgin"),)))
     builders += [
-        ContactModel(sledge(), (RigidLaw(restitution, policy),))
+        ContactDerivation(sledge(), (RigidLaw(restitution, policy),))
         for restitution in ("newton", "poisson", "energetic")
         for policy in ("liftoff", "slip", "impact")
     ]
     keys = [entry_key("engine", b) for b in builders]
     # One of the reload rules is the default.
     assert len(set(keys)) == len(keys) - 1
-    assert entry_key("engine", ContactModel(sledge(), (law("hertz"),))) == keys[0]
+    assert entry_key("engine", ContactDerivation(sledge(), (law("hertz"),))) == keys[0]
 
 
 def test_thing_without_a_definition_has_no_key():
@@ -181,7 +185,8 @@ def test_thing_without_a_definition_has_no_key():
 
 def test_builder_without_a_definition_is_derived_each_time(cache):
     class Bare:
-        automaton = ContactModel(sledge(), (law("hertz"),)).automaton
+        title = "sledge on a Hertz contact"
+        automaton = ContactDerivation(sledge(), (law("hertz"),)).automaton
 
     assert make_engine(Bare()).outline == Outline.of(Bare.automaton)
     assert entries(cache) == []
@@ -216,6 +221,7 @@ class Decay:
     """A builder of the smallest automaton there is: quick to compile."""
 
     rate: int
+    title: ClassVar[str] = "decay"
 
     @property
     def automaton(self):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
 from painleve_sym.engines.factory import make_engine
@@ -378,6 +379,17 @@ def test_compiled_without_a_compiler_is_refused(no_compiler):
 
 def test_erk_needs_no_compiler(no_compiler):
     assert make_engine(ball(), "erk").name == "erk"
+
+
+def test_several_contacts_without_a_compiler_end_in_one_sentence(no_compiler):
+    feet = Simulator(model("block-two-feet"), law("rigid"))
+    for engine in ("auto", "erk"):
+        with pytest.raises(
+            InputError, match=r"several contacts.*painleve-sym\[compiler\]"
+        ) as error:
+            replaced = Simulator(feet.mechanism, feet.law, engine)
+            replaced.run({"y_A": 0.01}, t_end=0.1)
+        assert str(error.value).count("Fix:") == 1
 
 
 def test_auto_with_a_compiler_is_taylor():

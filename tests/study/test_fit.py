@@ -130,6 +130,19 @@ def test_intervals_of_a_line_hold_the_truth_as_often_as_they_say(sigma):
     assert fit.correlation == pytest.approx(np.array([[1, expected], [expected, 1]]), rel=1e-9)
 
 
+def test_values_that_the_model_meets_have_no_noise_and_the_correlation_of_their_times():
+    class Still(Line):
+        def predict(self, values):
+            slopes = super().predict(values)[1]
+            return {"gap": np.zeros(5)}, slopes
+
+    data = FitData("line", Line.AT, {}, {"gap": np.zeros(5)})
+    fit = Still(simulator(), data, ("x_A", "y_A"), {"x_A": 0.5, "y_A": 0.5}, {}).solve()
+    assert fit.noise == {"gap": 0.0} and fit.standard_error == pytest.approx(0.0, abs=0)
+    assert pytest.approx(np.array([fit.estimate] * 2), abs=0) == fit.interval.T
+    assert fit.correlation[0, 1] == pytest.approx(-0.5 / np.sqrt(0.5**2 + 0.125), rel=1e-9)
+
+
 @pytest.mark.slow
 def test_a_combination_that_the_data_leave_open_is_named():
     with pytest.raises(InputError, match="combination of E, R"):

@@ -156,8 +156,8 @@ def landing(
     low, high = np.full(theta.shape, 0.02), np.full(theta.shape, 4.0)
     for _ in range(steps):
         middle = (low + high) / 2
-        found = ~np.isnan(slide(modes, contact, theta, middle, speed, **options)["stop"])
-        stops = found.reshape(theta.shape)
+        times = slide(modes, contact, theta, middle, speed, **options)["stop"]
+        stops = ~np.isnan(times).reshape(theta.shape)
         low, high = np.where(stops, low, middle), np.where(stops, middle, high)
     return high
 

@@ -24,6 +24,7 @@ static void note_event(ps_run *s, const ps_options *o, int from, int j, int kind
                        const double *xn, const double *zn) {
   s->count.events++;
   s->last_kind = kind;
+  s->last_contact = contact;
   watch_event(s, kind);
   if (o->until[kind]) s->hit = 1;
   if (!o->record) return;
@@ -55,7 +56,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
     if (tr->chooses) *departs |= PS_LEAVING[s->mode];
 #endif
-  } else { /* also where a decision is asked for: the caller continues from here */
+  } else { /* also where the contacts strike: the loop continues from there */
     s->reason = tr->stop;
     s->stop_transition = j;
   }

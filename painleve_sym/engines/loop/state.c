@@ -61,6 +61,8 @@ typedef struct {
   int start_events;
   int start_mode; /* -1: chosen from the state */
   ps_bits start_departs;
+  /* Hears of impacts, see impulse.c and impact.c, and may add to the state after them; or NULL. */
+  void (*listener)(int what, const double *numbers, double *x);
 } ps_options;
 
 typedef struct {
@@ -103,6 +105,7 @@ typedef struct {
   ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NT];
   int last_kind; /* of the last event since the run began or continued from an impact, or -1 */
+  int last_contact; /* of the last event, or -1 */
 #if PS_NPART
   double entered[PS_ENTERED][PS_NZ], t_entered; /* memory chosen at one instant, and the instant */
   int choices;

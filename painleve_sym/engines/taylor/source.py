@@ -12,8 +12,8 @@ import casadi as ca
 
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.source import assemble, engine_texts
+from painleve_sym.engines.taylor import ORDER
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
-from painleve_sym.engines.taylor.runner import ORDER
 from painleve_sym.engines.taylor.scalars import Scalar
 from painleve_sym.engines.taylor.simplify import simplify
 from painleve_sym.engines.taylor.tangents import TangentCode, Tangents

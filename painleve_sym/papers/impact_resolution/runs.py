@@ -16,10 +16,11 @@ import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.classify import Classification, classify
+from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.rods import rod
-from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.papers.impact_resolution.claims import (
     EXPONENT,

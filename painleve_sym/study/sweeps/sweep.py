@@ -281,20 +281,15 @@ class Sweep:
         for name, values in varied.items():
             if name != "initial_force":
                 (states if name in self.mechanism.state_names else parameters)[name] = values
-        limits = {n: getattr(scenario, n) for n in ("max_steps", "max_events")}
-        assert scenario.t_end is not None
+        kept: dict[str, Any] = {**scenario.settings.shared(), **vars(self.batch_outputs)}
         ends = run_batch(
             self.simulator,
             states,
-            parameters,
-            t_end=scenario.t_end,
-            until=scenario.until,
+            parameters=parameters,
             initial_force=varied.get("initial_force", scenario.initial_force),
             close=scenario.close,
-            rtol=scenario.rtol,
             threads=threads,
-            **vars(self.batch_outputs),
-            **{n: v for n, v in limits.items() if v is not None},
+            **kept,
         )
         return {
             name: np.ascontiguousarray(
