@@ -626,7 +626,7 @@ def oracle(elements: Sequence[int], names: Sequence[str], mu: float = 1.2) -> di
 def study(quick: bool) -> dict[str, Any]:
     """Return all numbers of the study."""
     names, frictions = (("rod", "1,0"), (0.9,)) if quick else (MODELS, FRICTION)
-    elements = (8,) if quick else (8, 16, 32)
+    elements = (8,) if quick else (8, 16, 32, 64)
     return {
         "thresholds": thresholds(),
         "runs": runs(names, frictions),

@@ -19,7 +19,7 @@ int slide(int modes, const double *rates, const double *normal, const double *al
           double approach, double speed, double step, double window, int bounces, double *ends) {
   double q[MOST] = {0}, p[MOST] = {0}, at[MOST], a[MOST], sum_q[MOST], sum_p[MOST], v[MOST];
   static const double part[4] = {0, 0.5, 0.5, 1}, weight[4] = {1, 2, 2, 1};
-  double deepest = 0, slip = -speed;
+  double deepest = 0, before = 0, slip = -speed;
   int touched = 0;
   if (modes > MOST) return 1;
   ends[0] = ends[1] = NAN, ends[2] = 0;
@@ -45,17 +45,18 @@ int slide(int modes, const double *rates, const double *normal, const double *al
       d -= q[i] * normal[i], next += p[i] * along[i];
     }
     deepest = d > 0 ? fmax(deepest, d) : 0;
-    double F = force(contact, d, deepest);
-    ends[2] = fmax(ends[2], F);
-    if (F > 0 && next >= 0) {
-      ends[0] = now - step * next / (next - slip);
+    double F = force(contact, d, deepest), late = next / (next - slip);
+    int stops = F > 0 && next >= 0;
+    ends[2] = fmax(ends[2], stops ? F - late * (F - before) : F);
+    if (stops) {
+      ends[0] = now - step * late;
       return 0;
     }
     if (touched && F == 0 && isnan(ends[1])) {
       ends[1] = now;
       if (!bounces) return 0;
     }
-    touched |= F > 0, slip = next;
+    touched |= F > 0, slip = next, before = F;
   }
   return 0;
 }
