@@ -370,6 +370,8 @@ class Simulator:
             max_steps=max_steps,
             max_events=max_events,
         )
+        if not checked.until:
+            self._refuse_plastic(start.place.parameters)
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
         resolved = resolver.impulses if resolver else ()
@@ -378,6 +380,23 @@ class Simulator:
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.place.parameters)
         return trajectory
+
+    def _refuse_plastic(self, values: Mapping[str, float]) -> None:
+        """Raise InputError where a compliant contact has e = 0, under load nothing to rest on."""
+        for name in self._restitutions:
+            if values[name] == 0:
+                raise InputError(
+                    f"{self.where}: {name}: got 0, where a contact that stays loaded has no "
+                    "unloading curve to rest on, need a number > 0 for a run without an event that "
+                    "ends it (`until`). Fix: take a rigid contact, whose e may be 0, or 0.05."
+                )
+
+    @cached_property
+    def _restitutions(self) -> tuple[str, ...]:
+        """Names of the coefficients of restitution of compliant contacts."""
+        laws = (law for law in self.contact.own_laws if law.is_compliant)
+        every = dict.fromkeys(p.name for law in laws for p in law.parameters)
+        return tuple(name for name in every if name.startswith("e_energetic"))
 
     def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
         """Return what answers for impacts of several contacts where the engine does not."""
