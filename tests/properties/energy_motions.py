@@ -76,7 +76,11 @@ def motions(sim: Simulator, count: int, seed: int = 0) -> Iterator[dict[str, Any
 
 def _law_parameter(p: Any, rng: np.random.Generator, *, plastic: bool) -> float:
     if p.name.startswith("e_"):
-        e = float(rng.choice([0.0 if plastic else 0.1, rng.uniform(0.05, 0.95), rng.uniform(0.05, 0.95), 1.0]))
+        e = float(
+            rng.choice(
+                [0.0 if plastic else 0.1, rng.uniform(0.05, 0.95), rng.uniform(0.05, 0.95), 1.0]
+            )
+        )
         return p.default if p.fault(e) else e
     if p.name.startswith("static_ratio"):
         return float(rng.uniform(1.0, 1.8))
