@@ -14,7 +14,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.array_function import ArrayFunction, Selection
 from painleve_sym.codegen.compile import compiler_mark, library_named
-from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key, read_entry, write_entry
 from painleve_sym.errors import CompilerMissing, ModelError
 from painleve_sym.time_limit import within_time
 
@@ -86,7 +86,7 @@ def quantities(
     one vector that has these numbers.
     """
     mark = _mark(*map(os.environ.get, ("CC", "PATH", "PAINLEVE_OPTIMIZE")))
-    key = (_text_key if isinstance(of, str) else _key)(title, mark, of)
+    key = (_text_key if isinstance(of, str) else _key)(title, mark, of, derive.__module__)
     stored = _stored(key, tuple(arguments)) if key else None
     if stored is not None:
         return stored
@@ -144,8 +144,12 @@ def _mark(*_variables: str | None) -> str | None:
     return compiler_mark()
 
 
-def _key(title: str, mark: str | None, of: Any) -> str | None:
-    return entry_key(f"quantities\n{title}\n{mark}", of)
+def _key(title: str, mark: str | None, of: Any, module: str) -> str | None:
+    """Return the key of formulas that a function of this module derives."""
+    package, _, path = module.partition(".")
+    folder = path.partition(".")[0]
+    own = (folder,) if package == "painleve_sym" and folder not in FORMULAS else ()
+    return entry_key(f"quantities\n{title}\n{mark}", of, by=(*FORMULAS, *own))
 
 
 # Every run asks for the same few.
