@@ -15,6 +15,7 @@ import numpy as np
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
 from painleve_sym.contacts.classify import contact_problem, solution_name
+from painleve_sym.contacts.contact_numbers import all_contact_numbers
 from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import EventKind, InputError, StopReason
@@ -75,16 +76,16 @@ def _of_several(
     simulator: Simulator, event: EventRecord, values: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the closed contacts; none for less than two."""
-    impacts = simulator.impacts
-    state = np.array([event.state[n] for n in simulator.outline.state_names])
-    gaps, rates, slips = impacts.contact_values(state)
+    rows = simulator.contact.rows
+    gaps, rates, slips = np.array([[event.state[n] for n in row] for row in rows]).T
     closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
     if len(simulator.rigid) < len(gaps) or not closed:
         return ()
-    terms, rows = impacts.terms(state, values), ContactRows(len(gaps)).of_contacts(closed)
-    held = np.array([simulator.mechanism.outline.contacts[i].bilateral for i in closed])
+    mechanism, at = simulator.mechanism, ContactRows(len(gaps)).of_contacts(closed)
+    numbers = all_contact_numbers(mechanism, {**values, **event.state})
+    held = np.array([mechanism.outline.contacts[i].bilateral for i in closed])
     problem = ContactProblem(
-        terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held
+        numbers.W[np.ix_(at, at)], numbers.b[at], numbers.mu[closed], slips[closed], held
     )
     solutions = problem.solutions()
     if len(solutions) < 2:

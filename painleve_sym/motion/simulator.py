@@ -20,7 +20,6 @@ from painleve_sym.contacts.classify import held_faults
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.inputs import closed_place, inside
-from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
@@ -278,12 +277,6 @@ class Simulator:
     def strikes(self) -> bool:
         """Whether several contacts can have an impact: at least one of them is rigid."""
         return self.contact.several and bool(self.rigid)
-
-    @cached_property
-    def impacts(self) -> ContactImpacts:
-        """Numbers of the contacts of several."""
-        names, rows = self.outline.state_names, self.contact.rows
-        return ContactImpacts(self.mechanism, names, rows)
 
     # ---- the loading curves of compliant contacts ----
 
