@@ -49,7 +49,7 @@ def checked_force(simulator: Simulator, force: float) -> float:
 
 
 def refuse_plastic(simulator: Simulator, values: Mapping[str, float]) -> None:
-    """Raise InputError where a compliant contact has e = 0: under load it has nothing to rest on."""
+    """Raise InputError where a compliant contact has e = 0, which has nothing to rest on."""
     laws = (law for law in simulator.contact.own_laws if law.is_compliant)
     for name in dict.fromkeys(p.name for law in laws for p in law.parameters):
         if name.startswith("e_energetic") and values[name] == 0:
