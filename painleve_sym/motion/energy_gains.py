@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -46,12 +46,6 @@ class EnergyGain:
     gain: float
     kinetic_energy: float
     law: str
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> EnergyGain:
-        """Return what plain data say."""
-        lists = {"kind": EventKind(data["kind"]), "contacts": tuple(data["contacts"])}
-        return cls(**{**data, **lists})
 
 
 def energy_gains(

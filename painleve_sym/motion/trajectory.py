@@ -20,7 +20,7 @@ from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords, dense_values
 from painleve_sym.errors import EventKind, InputError, StopReason, received, unknown_name
-from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.files import of_plain, plain_fields, to_plain
 from painleve_sym.hooks import upper
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice, balance_residual
@@ -839,12 +839,8 @@ class Trajectory(Shown):
             steps=steps,
             mode_names=modes,
             final_mode=text["final_mode"],
-            events=tuple(_event(e) for e in text["events"]),
-            reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
-            energy_gains=tuple(EnergyGain.from_dict(g) for g in text.get("energy_gains", ())),
+            **{n: of_plain(kind, text.get(n, ())) for n, kind in _FOUND.items()},
             constants=arrays["constants"],
-            body_periods=tuple(BodyPeriod(**p) for p in text.get("body_periods", ())),
-            surfaces=tuple(ContactSurface(**c) for c in text.get("surfaces", ())),
             scales=text.get("scales", {}),
             inputs=dict(text.get("inputs", {})),
         )
@@ -864,7 +860,7 @@ class Trajectory(Shown):
             **{k: arrays[k] for k in ("final_state", "final_memory")},
             stop_reason=StopReason.from_label(text["stop_reason"]),
             evaluator=evaluator,
-            limit=SingularLimit.from_dict(text["limit"]) if text.get("limit") else None,
+            limit=of_plain(SingularLimit | None, text.get("limit")),
         )
 
 
@@ -915,13 +911,14 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def _event(data: dict[str, Any]) -> EventRecord:
-    lists = {name: tuple(data[name]) for name in ("alternatives", "impulses")}
-    kind: dict[str, Any] = {"kind": EventKind(data["kind"])}
-    return EventRecord(**(data | lists | kind))
-
-
-# What a file has of the names, of the trajectory itself, and as arrays.
+# What a file has of the record, of the names, of the trajectory itself, and as arrays.
+_FOUND = {
+    "events": tuple[EventRecord, ...],
+    "reverse_chatter": tuple[ReverseChatter, ...],
+    "energy_gains": tuple[EnergyGain, ...],
+    "body_periods": tuple[BodyPeriod, ...],
+    "surfaces": tuple[ContactSurface, ...],
+}
 _NAMES = ("mechanism", "law", "choices", "engine", "contacts", "units", "latex")
 _OWN = ("parameters", "rtol", "final_time", "stop_detail", "counters")
 _ARRAYS = (
