@@ -1,0 +1,171 @@
+"""Recipes of the page Architecture, followed literally in a copy of the package."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import painleve_sym
+
+PACKAGE = Path(painleve_sym.__file__).parent
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """Return a copy of the package that is added to, and run."""
+    folder = tmp_path / "painleve_sym"
+    shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return Copy(folder)
+
+
+class Copy:
+    """A copy of the package."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def write(self, path, text):
+        """Write a file of the package."""
+        (self.folder / path).write_text(text, "utf-8")
+
+    def append(self, path, text):
+        """Add to the end of a file of the package."""
+        with (self.folder / path).open("a", encoding="utf-8") as file:
+            file.write(text)
+
+    def replace(self, path, old, new):
+        """Replace what stands once in a file of the package."""
+        text = (self.folder / path).read_text("utf-8")
+        assert text.count(old) == 1
+        self.write(path, text.replace(old, new))
+
+    def run(self, *words):
+        """Run a command of the copy."""
+        return subprocess.run(
+            [sys.executable, "-m", "painleve_sym", *words],
+            cwd=self.folder.parent,
+            env=os.environ | {"PYTHONPATH": str(self.folder.parent)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+
+COMMAND = '''"""Command that adds forces."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def total(arguments: argparse.Namespace) -> int:
+    """Print the sum of the forces."""
+    print(f"{arguments.name}: {sum(arguments.forces):g} N")
+    return 0
+'''
+ENTRY = """
+command(
+    "total",
+    "total",
+    "add forces",
+    argument("name", "NAME", "name of the sum"),
+    text("--forces", "F,...", "forces that are added, N", in_unit(read_positive, "N")),
+    details="Forces are positive.",
+)
+"""
+
+
+def test_command_is_a_function_and_one_entry(copy):
+    copy.write("cli/total.py", COMMAND)
+    copy.append("cli/commands.py", ENTRY)
+    done = copy.run("total", "load", "--forces", "1,2.5")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "load: 3.5 N\n", "")
+    assert "add forces" in copy.run("-h").stdout
+    page = copy.run("total", "-h").stdout
+    assert "--forces F,..." in page and page.rstrip().endswith("Forces are positive.")
+    wrong = copy.run("total", "load", "--forces", "-1")
+    assert wrong.returncode == 2 and "--forces: got -1, need numbers > 0" in wrong.stderr
+
+
+LAW = '''
+
+@_offered()
+def cubic(**parameters: float) -> ContactLaw:
+    """Return the spring F_n = k δ³."""
+    return _law(
+        parameters,
+        _cubic,
+        "cubic",
+        name="cubic",
+        title="cubic spring",
+        source="a test",
+        parameters=(Parameter("k", 1e8, "N/m^3", "stiffness", 0.0, lower_closed=False),),
+    )
+
+
+def _cubic(known: Mapping[str, Any]) -> ContactLaw:
+    import sympy as sp
+
+    from painleve_sym.laws.compliance import K_E
+
+    (k,) = known["parameters"]
+    return _viscoelastic(known, {K_E: k.symbol}, sp.Integer(3), sp.Integer(0), ())
+'''
+MECHANISM = '''"""A point that falls on the ground."""
+
+from __future__ import annotations
+
+from painleve_sym.mechanics.bodies import Body
+from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.system import LagrangianSystem
+
+
+def point() -> Mechanism:
+    """Return a point mass above level ground."""
+    x, y = Coordinate("x", "position", "m"), Coordinate("y", "height", "m")
+    m, g, mu = positive("m", 1.0, "kg", "mass"), gravity(), friction(0.5)
+    at = (x.symbol, y.symbol)
+    system = LagrangianSystem.of_bodies(
+        "point", (x, y), (m, g, mu), [Body(m.symbol, at)], gravity=g.symbol
+    )
+    return Mechanism(
+        name="point",
+        title="point mass",
+        source="a test",
+        system=system,
+        contacts=(Contact.of_point("point", system, at, mu.symbol),),
+        sketch="o",
+    )
+'''
+
+
+@pytest.mark.slow
+def test_law_and_mechanism_are_their_functions_and_a_name_each(copy):
+    """A point with speed v compresses the spring until k δ⁴/4 = m v²/2."""
+    laws, models = "laws/compliant_laws.py", "mechanics/models/__init__.py"
+    copy.append(laws, LAW)
+    copy.replace(laws, '"hunt_crossley", "linear"]', '"hunt_crossley", "linear", "cubic"]')
+    copy.write("mechanics/models/points.py", MECHANISM)
+    copy.replace(
+        models,
+        '    "strut": partial(',
+        '    "point": partial(_imported, "points", "point"),\n    "strut": partial(',
+    )
+    assert "cubic spring" in copy.run("laws").stdout and "point mass" in copy.run("models").stdout
+    given = "--state", "y_dot=-2", "--set", "g=0,m=3", "--law-set", "k=5e6", "--t-end", "1"
+    done = copy.run(
+        *("simulate", "point", "--law", "cubic", "--until", "max_compression", "--json"), *given
+    )
+    assert done.returncode == 0, done.stderr
+    motion = json.loads(done.stdout)
+    assert motion["events"][-1]["compression"] == pytest.approx((2 * 3 * 2**2 / 5e6) ** 0.25)
+    assert motion["engine"] == "taylor"
