@@ -46,7 +46,7 @@ class EventRecord(Shown):
     >>> event.kind, event.mode_before, event.mode_after
     (<EventKind.SLIP_STOP: 'slip_stop'>, 'slip_neg/compression', 'stick/compression')
     >>> f"{event.time:.6f} s, {event.normal_force:.2f} N, theta = {event.state['theta']:.5f} rad"
-    '0.003509 s, 465.37 N, theta = 1.00389 rad'
+    '0.001743 s, 880.50 N, theta = 1.00195 rad'
     """
 
     time: float
