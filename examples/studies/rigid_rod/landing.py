@@ -404,7 +404,7 @@ def figure(data: dict[str, Any]) -> Figure:
                       label=name)  # fmt: skip
         left.set(ylim=(0, 1.6), xlabel=r"$\theta$ (rad)", ylabel=r"friction $\mu$")
         left.set_title("(i) four thresholds of the paper's rod of steel")
-        left.legend(loc="upper right")
+        left.legend(loc="lower left")
         for angle, color, dash in zip(
             dict.fromkeys(r["theta"] for r in data["speeds"]), PALETTE, DASHES, strict=False
         ):
@@ -430,6 +430,8 @@ def map_figure(data: dict[str, Any]) -> Figure:
             curves = left.contour(m["angle"], m["slenderness"], steel, levels)
             left.clabel(curves, fontsize="small")
             left.set_yscale("log")
+            left.set_yticks(m["slenderness"], [f"{x:g}" for x in m["slenderness"]])
+            left.minorticks_off()
         left.set(xlabel=r"$\theta$ (rad)", ylabel="length over diameter")
         left.set_title("(i) landing of steel at 1 m/s")
         for (name, grid), color, dash in zip(
@@ -438,6 +440,8 @@ def map_figure(data: dict[str, Any]) -> Figure:
             least = np.min(grid, axis=1)
             right.plot(m["slenderness"], least, color=color, linestyle=dash, label=name)
         right.set(xscale="log", xlabel="length over diameter", ylabel="least landing over angles")
+        right.set_xticks(m["slenderness"], [f"{x:g}" for x in m["slenderness"]])
+        right.minorticks_off()
         right.set_title("(ii) least of all angles at 1 m/s")
         right.legend(loc="upper right")
     return drawn
