@@ -14,7 +14,7 @@ from painleve_sym.c_export.files import Case, clashing_name, files
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.codegen.named_mechanisms import MechanismLike
-from painleve_sym.engines.protocol import DEFAULT_RTOL, MAX_EVENTS, MAX_STEPS
+from painleve_sym.engines.protocol import DEFAULT_RTOL, MAX_EVENTS, MAX_STEPS, RunSettings
 from painleve_sym.errors import InputError
 from painleve_sym.escape import c_name
 from painleve_sym.files import beside, file_path
@@ -111,16 +111,10 @@ def export_c(
     limits = {"max_steps": (max_steps, MAX_STEPS), "max_events": (max_events, MAX_EVENTS)}
     compiler = find_compiler()
     place = simulator.at(state, parameters, law_parameters)
-    trajectory = simulator.run(
-        place.state,
-        t_end=t_end,
-        until=until,
-        parameters=place.parameters,
-        initial_force=initial_force,
-        rtol=rtol,
-        max_steps=max_steps,
-        max_events=max_events,
-    )
+    bounds = {"max_steps": max_steps, "max_events": max_events}
+    given = {"t_end": t_end, "until": until, "rtol": rtol, **bounds}
+    settings = RunSettings.of(simulator.where, given)
+    trajectory = simulator.follow(simulator.start(place, initial_force), settings)
     case = Case(
         name=prefix,
         simulator=simulator,

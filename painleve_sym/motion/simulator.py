@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
@@ -265,7 +265,10 @@ class Simulator:
         ['slip_stop', 'max_compression']
         """
         settings, begins = separated(self.where, RunArguments, arguments)
-        start = self.begin(state, **begins)
+        return self.follow(self.begin(state, **begins), settings)
+
+    def follow(self, start: Start, settings: RunSettings) -> Trajectory:
+        """Integrate the motion from a start with checked settings."""
         checked = self.options(start.scale, settings)
         if not checked.until:
             refuse_plastic(self, start.place.parameters)
@@ -302,16 +305,33 @@ class Simulator:
     ) -> Start:
         """Return the start of a run from the arguments of `simulate` besides its settings."""
         place = self.at(state, parameters, law_parameters, material, close)
-        start = self.start(place, initial_force)
-        return start if material is None else start._replace(materials=two_materials(material))
+        return self.start(place, initial_force, material)
 
-    def start(self, place: Place, initial_force: float | None = None) -> Start:
+    def with_laws(
+        self,
+        place: Place,
+        law_parameters: Mapping[str, Value] | None = None,
+        material: MaterialsLike | None = None,
+    ) -> Place:
+        """Return a checked place of the mechanism with the parameters of the laws, checked too."""
+        given = self.given({}, law_parameters)
+        if material is not None:
+            given |= values_of_materials(self, material, {**place.parameters, **given})
+        own = ParameterSet(*self.own_parameters).values(self.where, given)
+        return replace(place, parameters={**place.parameters, **own})
+
+    def start(
+        self,
+        place: Place,
+        initial_force: float | None = None,
+        material: MaterialsLike | None = None,
+    ) -> Start:
         """Return the start of a run; InputError where the laws or the domain do not admit it."""
         force = NO_FORCE if initial_force is None else checked_force(self, initial_force)
         start, admits = self.prepared(place, force)
         if 0.0 in admits:
             refuse(self, start)
-        return start
+        return start if material is None else start._replace(materials=two_materials(material))
 
     def prepared(self, place: Place, force: float = NO_FORCE) -> tuple[Start, list[float]]:
         """Return the start of a run, unchecked, and `Prepared.admits` of it."""

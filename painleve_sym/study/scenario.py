@@ -274,14 +274,10 @@ class Scenario:
         if self.samples is not None and not 2 <= self.samples <= MAX_SAMPLES:
             raise InputError(f"{self.where}: samples: got {self.samples}, need 2 to {MAX_SAMPLES}.")
         chosen(EngineName, self.engine, "engine", self.where)
-        return Simulator(place.mechanism, contact_law, self.engine).run(
-            place.state,
-            parameters=place.parameters,
-            law_parameters=self.law_parameters,
-            material=self.material,
-            initial_force=self.initial_force,
-            **settings.arguments(),
-        )
+        simulator = Simulator(place.mechanism, contact_law, self.engine)
+        whole = simulator.with_laws(place, self.law_parameters, self.material)
+        start = simulator.start(whole, self.initial_force, self.material)
+        return simulator.follow(start, settings)
 
     def jump(self) -> JumpResult | TangentialImpact:
         """Return the velocity jump at the state, which must be on the surface."""
