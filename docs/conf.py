@@ -15,6 +15,7 @@ from pygments.lexer import RegexLexer  # noqa: E402
 from pygments.token import Generic  # noqa: E402
 
 import painleve_sym  # noqa: E402
+from tools import references  # noqa: E402
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 
@@ -60,7 +61,11 @@ nb_execution_excludepatterns = ["notebooks/regenerate-the-paper.ipynb"]
 
 # ---- the literature ----
 
-bibtex_bibfiles = ["references.bib"]
+# The page shows notes on what is unconfirmed, as every export does.
+EXPORTED = DOCS / "_generated" / "references.bib"
+EXPORTED.parent.mkdir(exist_ok=True)
+EXPORTED.write_text(references.exported_bibliography(references.read_bibliography()), "utf-8")
+bibtex_bibfiles = [EXPORTED.relative_to(DOCS).as_posix()]
 bibtex_default_style = "plain"
 bibtex_cite_id = "{key}"
 

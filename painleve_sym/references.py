@@ -31,17 +31,19 @@ class Reference:
     key : str
         Its key in ``docs/references.bib``.
     authors : tuple of str
-        Family name and initials, such as ``Génot, F.``; the last may be ``others``.
+        Family name and initials, such as ``Génot, F.``; the last may be ``others``. Empty where
+        they are not known.
     title : str
     year : int
+        0 where it is not known.
     venue : str
         Journal, proceedings or book with its series, or the publisher, and the edition.
     volume, number, pages, doi, url, eprint, note : str
         `eprint` is the number in arXiv. These and `venue` are empty where the work has none.
     unconfirmed : tuple of str
-        Fields of the entry that were not compared with a public record.
+        Fields of the entry that were not compared with a public record. The note names them.
     bibtex : str
-        The entry for a bibliography of LaTeX.
+        The entry for a bibliography of LaTeX, with that note.
 
     Examples
     --------
@@ -52,9 +54,9 @@ class Reference:
     """
 
     key: str
-    authors: tuple[str, ...]
     title: str
-    year: int
+    authors: tuple[str, ...] = ()
+    year: int = 0
     venue: str = ""
     volume: str = ""
     number: str = ""
@@ -68,7 +70,7 @@ class Reference:
 
     @property
     def label(self) -> str:
-        """Citation in a text: authors and year; the title where these are unconfirmed."""
+        """Citation in a text: authors and year; the title where these are not certain."""
         if self.cited_by_title:
             return self.title
         families = [author.split(",")[0] for author in self.authors]
@@ -77,8 +79,9 @@ class Reference:
 
     @property
     def cited_by_title(self) -> bool:
-        """Whether the authors or the year are unconfirmed."""
-        return not {"author", "year"}.isdisjoint(self.unconfirmed)
+        """Whether the authors or the year are not known, or unconfirmed."""
+        unconfirmed = not {"author", "year"}.isdisjoint(self.unconfirmed)
+        return unconfirmed or not (self.authors and self.year)
 
     @property
     def link(self) -> str:
@@ -90,16 +93,14 @@ class Reference:
 
     @property
     def text(self) -> str:
-        """The work with its confirmed data, without its address."""
+        """The work with its confirmed data and its note, without its address."""
         number = self._confirmed("number")
         volume = self._confirmed("volume") + f"({number})" * bool(number)
         place = ", ".join(
             filter(None, [f"{self.venue} {volume}".strip(), self._confirmed("pages")])
         )
         sentences = [self.title, place, self.note]
-        if self.cited_by_title:
-            sentences = [self.title]
-        else:
+        if not self.cited_by_title:
             sentences.insert(0, f"{_joined(self.authors)} ({self.year})")
         if eprint := self._confirmed("eprint"):
             sentences.append(f"arXiv:{eprint}")

@@ -18,6 +18,10 @@ ROOT = Path(__file__).parents[1]
 BIBLIOGRAPHY = ROOT / "docs" / "references.bib"
 PAGE = ROOT / "docs" / "references.md"
 PACKAGE_DATA = ROOT / "painleve_sym" / DATA
+VENUES = (
+    "journal", "booktitle", "series", "publisher", "institution", "school", "howpublished",
+)  # fmt: skip
+"""Fields of an entry that say where the work appeared."""
 
 
 def read_bibliography(path: Path = BIBLIOGRAPHY) -> list[Reference]:
@@ -39,24 +43,39 @@ def anchor(work: Reference) -> str:
 
 
 def _reference(entry: Entry) -> Reference:
-    fields = {name.lower(): _plain(text) for name, text in entry.fields.items()}
+    fields = {name.lower(): _plain(text) for name, text in exported_fields(entry).items()}
     names = ("volume", "number", "pages", "doi", "url", "eprint", "note")
-    unconfirmed = tuple(filter(None, fields.get("unconfirmed", "").split(", ")))
     edition = f"{fields['edition']} edition" if "edition" in fields else ""
-    venue = [
-        fields.get(name, "")
-        for name in ("journal", "booktitle", "series", "publisher", "institution")
-    ]
+    venue = [fields.get(name, "") for name in VENUES]
     return Reference(
         key=entry.key,
-        authors=tuple(_name(person) for person in entry.persons["author"]),
+        authors=tuple(_name(person) for person in entry.persons.get("author", ())),
         title=fields["title"],
-        year=int(fields["year"]),
+        year=int(fields.get("year", 0)),
         venue=", ".join(filter(None, [*venue, edition])),
         **{name: fields.get(name, "") for name in names},
-        unconfirmed=unconfirmed,
+        unconfirmed=_unconfirmed(entry),
         bibtex=_bibtex(entry),
     )
+
+
+def _unconfirmed(entry: Entry) -> tuple[str, ...]:
+    return tuple(filter(None, entry.fields.get("unconfirmed", "").split(", ")))
+
+
+def exported_fields(entry: Entry) -> dict[str, str]:
+    """Return the fields of an entry, where a note names those that are unconfirmed."""
+    fields = {name: text for name, text in entry.fields.items() if name != "unconfirmed"}
+    if marked := _unconfirmed(entry):
+        names = ", ".join(name.replace("doi", "DOI") for name in marked)
+        note = f"Not compared with a public record: {names}"
+        fields["note"] = ". ".join(filter(None, [fields.get("note"), note]))
+    return fields
+
+
+def exported_bibliography(works: list[Reference]) -> str:
+    """Return the bibliography as BibTeX for others: notes name what is unconfirmed."""
+    return "\n\n".join(work.bibtex for work in works) + "\n"
 
 
 def _name(person: Person) -> str:
@@ -71,10 +90,10 @@ def _plain(text: str) -> str:
 
 
 def _bibtex(entry: Entry) -> str:
-    """Return the entry as BibTeX, without the record of what is confirmed."""
-    authors = " and ".join(str(person) for person in entry.persons["author"])
-    fields = {"author": authors, **entry.fields}
-    lines = [f"  {name} = {{{text}}},\n" for name, text in fields.items() if name != "unconfirmed"]
+    """Return the entry as BibTeX."""
+    persons = entry.persons.get("author", ())
+    fields = {"author": " and ".join(map(str, persons)), **exported_fields(entry)}
+    lines = [f"  {name} = {{{text}}},\n" for name, text in fields.items() if text]
     return f"@{entry.type}{{{entry.key},\n{''.join(lines)}}}"
 
 

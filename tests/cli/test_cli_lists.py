@@ -34,7 +34,7 @@ def test_models_lists_names_coordinates_parameters_units_and_source(capsys):
     assert parameters["mu"]["upper"] is None
     assert rod["source"] and rod["sketch"]
     assert [work["key"] for work in rod["references"]] == ["ImpactModelResolution"]
-    assert "doi" in rod["references"][0]["unconfirmed"]
+    assert rod["references"][0]["text"].startswith("Impact model resolution")
     code, out, err = run(capsys, "models", "rod")
     assert (code, err) == (0, "")
     assert "theta_dot" in out and "friction coefficient" in out

@@ -27,6 +27,7 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
   double v[PS_NTEST + 1], d[PS_NTEST + 1], d2[PS_NTEST + 1], scale[PS_NTEST + 1];
   double *res[4] = {v, d, d2, scale};
   int lasts = 1, idle = 0, ends = 1;
+  specialise(s);
   field(s, s->x, s->k[0]);
   const double h = first_step(s, o);
   *missed = HUGE_VAL;
