@@ -9,10 +9,12 @@ against the inequalities of its contact problem and their derivatives along its 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
+import numpy as np
 import sympy as sp
 
 from painleve_sym.contact_rows import ContactRows
@@ -338,6 +340,10 @@ class PluralContacts(ContactStates):
             # Where both stick and rigidity leaves their forces open, no forces are those.
             both = sp.Mul(*[self.interfaces[i].holds for i in self._unknown])
             tests.append(Test(both * (sp.Abs(_DETERMINANT) - SINGULAR_MARGIN), both))
+        for contacts in self._holding_a_guide():
+            # Rigidity leaves the force of the guide open: where it may rest, one of them does.
+            stick = sp.Mul(*[self.interfaces[i].holds for i in contacts])
+            tests.append(Test(-stick, stick))
         if self._unknown:
             margin = _DETERMINANT**2 - SINGULAR_MARGIN**2
             changes.append(
@@ -356,6 +362,29 @@ class PluralContacts(ContactStates):
         if self._unknown:
             modes.append(Mode(CONTACT, {}, self._decision(), self._outputs()))
         return tuple(modes)
+
+    def _holding_a_guide(self) -> list[tuple[int, ...]]:
+        """Return the least sets of contacts that hold, where all stick, what a guide holds.
+
+        They are those of any state: the rank is that of the rows at numbers without a relation.
+        """
+        contacts = [row.contact for row in self.rows]
+        rows = [m for c in contacts for m in (c.J_N, c.J_T)]
+        symbols = sorted({s for m in rows for s in m.free_symbols}, key=str)
+        chosen = np.random.default_rng(0).uniform(0.3, 1.2, len(symbols))
+        point = {s: sp.Float(v) for s, v in zip(symbols, chosen.tolist(), strict=True)}
+        J = np.array([[float(e) for e in m.xreplace(point)] for m in rows])
+        at, sets = self._at, list[tuple[int, ...]]()
+        for size, guide in itertools.product(range(1, len(rows)), range(len(contacts))):
+            for held in itertools.combinations(range(len(contacts)), size):
+                if not contacts[guide].bilateral or any({*s} <= {*held} for s in sets):
+                    continue
+                tangents = J[[at.tangent(i) for i in held]]
+                together = np.vstack([tangents, J[at.normal(guide)]])
+                ranks = (np.linalg.matrix_rank(rows, tol=1e-9) for rows in (tangents, together))
+                if [*ranks] == [size, size]:
+                    sets.append(held)
+        return sets
 
     @property
     def _starts_with_memory(self) -> bool:

@@ -7,7 +7,9 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import one_law
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
+from tests.scenes import parameter
 
 START = {"theta": 0.01, "x_A_dot": -0.5}
 SOFT = {"k_B": 1e5, "c_B": 10.0, "beta": 0.0}
@@ -123,3 +125,84 @@ def test_impacts_beside_a_guide_with_friction_close_the_energy(engine):
     )
     assert kinds == [str(e.kind) for e in wanted.events]
     assert run.final["x_A"] == pytest.approx(wanted.final["x_A"], rel=1e-8)
+
+
+GUIDED = f"""
+gravity = "g"
+[coordinates]
+x = {{ unit = "m", meaning = "place" }}
+y = {{ unit = "m", meaning = "height" }}
+theta = {{ unit = "rad", meaning = "tilt" }}
+[parameters]
+{parameter("m", 2.6, "kg", "mass", "positive = true")}\
+{parameter("J", 0.05, "kg m^2", "moment of inertia", "positive = true")}\
+{parameter("a", 0.165, "m", "half distance of the feet", "positive = true")}\
+{parameter("h", 0.395, "m", "height of the mass centre")}\
+{parameter("b", 0.09, "m", "place of the pin above the mass centre")}\
+{parameter("k_theta", 52.0, "N m", "stiffness", "lower = 0")}\
+{parameter("g", 9.8, "m/s^2", "gravity", "lower = 0")}\
+{parameter("mu_pin", 0.1, "1", "friction coefficient")}\
+{parameter("mu_A", 0.4, "1", "friction coefficient")}\
+{parameter("mu_B", 0.4, "1", "friction coefficient")}
+[[bodies]]
+mass = "m"
+inertia = "J"
+angle = "theta"
+centre = ["x", "y + h"]
+[[springs]]
+extension = "theta"
+stiffness = "k_theta"
+[[contacts]]
+name = "pin"
+point = ["x - b*sin(theta)", "y + h + b*cos(theta)"]
+slope = "pi/2"
+bilateral = true
+friction = "mu_pin"
+[[contacts]]
+name = "A"
+point = ["x - a*cos(theta) + h*sin(theta)", "y + h - a*sin(theta) - h*cos(theta)"]
+friction = "mu_A"
+[[contacts]]
+name = "B"
+point = ["x + a*cos(theta) + h*sin(theta)", "y + h + a*sin(theta) - h*cos(theta)"]
+friction = "mu_B"
+"""
+
+
+def test_feet_that_stick_beside_a_guide_leave_its_force_open_and_one_rests_at_its_bound():
+    """Three level forces, two coordinates: engines stopped, or lost their step, in such states."""
+    body = mechanism_from_text(GUIDED, name="guided")
+    laws = {"A": one_law("linear"), "B": one_law("linear"), "pin": one_law("rigid")}
+    start = {
+        "theta": 0.00690550641477141,
+        "theta_dot": -0.3345359409683949,
+        "x": 0.0006246132321481102,
+        "x_dot": -0.03025878789723803,
+        "y": 0.0025271078828106304,
+        "y_dot": -0.09735781655036095,
+    }
+    given = {"m": 2.601209876959093, "J": 0.04895339086607297, "a": 0.165042047531776}
+    given |= {"h": 0.39486955573897686, "b": 0.09045219262404103, "k_theta": 52.37364589924226}
+    given |= {"mu_pin": 0.09873106474540883, "mu_A": 0.00838931304302648}
+    given |= {"mu_B": 0.5623625408608989, "k_A": 625790.4210460407, "c_A": 0.0}
+    given |= {"k_B": 11749.565516764216, "c_B": 18.7765641550044}
+    ends = []
+    for engine in ("taylor", "compiled"):
+        run = Simulator(body, laws, engine).run(start, parameters=given, t_end=0.2229)
+        assert run.stop_reason is StopReason.T_END
+        assert run.energy_residual < 1e-11
+        ends.append(run)
+    one, two = ends
+    assert [e.kind for e in one.events] == [e.kind for e in two.events]
+    assert one.final_state == pytest.approx(two.final_state, rel=1e-7, abs=1e-9)
+    sticking = [e.mode_after for e in one.events if e.mode_after.count("stick") == 2]
+    assert sticking
+    # A foot that rests at its bound is said to stick, and its friction is at the edge of its cone.
+    at = next(e.time for e in one.events if e.mode_after.count("stick") == 2) + 1e-9
+    forces = one.outputs([at])
+    shares = [
+        abs(forces[f"tangential_force_{c}"][0])
+        / (given[f"mu_{c}"] * forces[f"normal_force_{c}"][0])
+        for c in "AB"
+    ]
+    assert max(shares) == pytest.approx(1, abs=1e-9)
