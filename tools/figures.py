@@ -63,6 +63,11 @@ def _of_pages(*names: str) -> tuple[Path, ...]:
 SCRIPTS = (
     Script("bench_rod/bench_rod.py", "--draw --out {}", _beside("bench_rod", "bench-rod")),
     Script("rigid_rod/rigid_rod.py", "--draw --out {}", _beside("rigid_rod", "rigid-rod")),
+    Script(
+        "rigid_rod/landing.py",
+        "--draw --out {}",
+        (*_beside("rigid_rod", "landing"), *_beside("rigid_rod", "landing-maps")),
+    ),
     Script("singular_point/fates.py", "--draw --out {}", _beside("singular_point", "fates")),
     Script("reverse_chatter/growth.py", "--draw --out {}", _beside("reverse_chatter", "growth")),
     Script(

@@ -146,25 +146,6 @@ def read_range(
     return read_number(where, low, unit), read_number(where, high, unit)
 
 
-def _with_unit(read: Callable[..., Any], unit: str) -> Callable[[str, str], Any]:
-    return lambda where, text: read(where, text, unit)
-
-
-READERS: Mapping[str, Callable[[str, str], Any]] = {
-    **dict.fromkeys(("--duration", "--t-end"), _with_unit(read_number, "s")),
-    "--initial-force": _with_unit(read_number, "N"),
-    **dict.fromkeys(("--level", "--restitution", "--rtol"), read_number),
-    **dict.fromkeys(("--max-evaluations", "--max-events", "--max-steps"), read_count),
-    **dict.fromkeys(("--points", "--samples", "--threads"), read_count),
-    **dict.fromkeys(("--estimate", "--gradient", "--solvers", "--until"), read_names),
-    "--steps": _with_unit(read_positive, "s"),
-    "--stiffness": _with_unit(read_positive, "Pa"),
-    "--forces": _with_unit(read_range, "N"),
-    "--slip": read_sign,
-}
-"""What reads the text of an option, in every command that has it; the texts of others are kept."""
-
-
 def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
     """Return the path of a file that can be written; checked now, before anything is computed.
 

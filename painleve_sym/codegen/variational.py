@@ -109,6 +109,11 @@ class VariationalFunctions(AutomatonFunctions):
         return [self.automaton.states.index(s) for s in every]
 
     @property
+    def variants(self) -> tuple[()]:
+        """None: derivatives are those of the modes as they are."""
+        return ()
+
+    @property
     def prepared(self) -> None:
         """None: whole start states are given, with their derivatives."""
 

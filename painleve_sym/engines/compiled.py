@@ -16,7 +16,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
-from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import ENGINE, entry_key, read_entry, write_entry
 from painleve_sym.engines.batch import (
     COUNTERS,
     BatchOutputs,
@@ -37,6 +37,7 @@ from painleve_sym.engines.protocol import (
 )
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import NoRecurrence, StopReason
+from painleve_sym.files import of_plain, to_plain
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
 from painleve_sym.progress import progress
 from painleve_sym.time_limit import within_time
@@ -114,7 +115,7 @@ class CompiledEngine:
         automaton has no Taylor series is remembered as well.
         """
         mark = compiler_mark()
-        key = entry_key(f"engine {cls.name}\n{mark}", builder) if mark else None
+        key = entry_key(f"engine {cls.name}\n{mark}", builder, by=ENGINE) if mark else None
         engine = cls.__new__(cls)
         entry = read_entry(key) if key else None
         if entry and "no_recurrence" in entry:
@@ -122,7 +123,7 @@ class CompiledEngine:
         library = library_named(entry["library"]) if entry else None
         if entry and library:
             engine._open(
-                Outline.of_data(entry["outline"]), library, partial(cls._lanes_of, builder)
+                of_plain(Outline, entry["outline"]), library, partial(cls._lanes_of, builder)
             )
             return engine
 
@@ -143,14 +144,15 @@ class CompiledEngine:
             library = compiled_library(cls._alone(text))
         engine._open(Outline.of(automaton), library, partial(cls._lanes_of, builder, text))
         if key:
-            write_entry(key, {"library": library.name, "outline": engine.outline.to_data()})
+            write_entry(key, {"library": library.name, "outline": to_plain(engine.outline)})
         return engine
 
     @classmethod
     def _lanes_of(cls, builder: AutomatonBuilder, text: str | None = None) -> Path:
         """Return the library with lanes of what `builder` derives, from the cache where it is."""
         mark = compiler_mark()
-        key = entry_key(f"lanes of engine {cls.name}\n{mark}", builder) if mark else None
+        title = f"lanes of engine {cls.name}\n{mark}"
+        key = entry_key(title, builder, by=ENGINE) if mark else None
         entry = read_entry(key) if key else None
         library = library_named(entry["library"]) if entry else None
         if library is None:

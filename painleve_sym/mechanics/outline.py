@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
@@ -123,24 +122,6 @@ class MechanismOutline:
         )
         declared = system.coordinates, system.parameters
         return cls(*declared, contacts, domain, timed(*formulas), periods)
-
-    def to_data(self) -> dict[str, Any]:
-        """Return plain data."""
-        return asdict(self)
-
-    @classmethod
-    def of_data(cls, data: Mapping[str, Any]) -> MechanismOutline:
-        """Return the outline that `to_data` wrote."""
-        return cls(
-            tuple(Coordinate(**c) for c in data["coordinates"]),
-            tuple(Parameter(**p) for p in data["parameters"]),
-            tuple(ContactOutline(**c) for c in data["contacts"]),
-            tuple(
-                BoundOutline(b["margin"], b["meaning"], tuple(b["names"])) for b in data["domain"]
-            ),
-            data["timed"],
-            tuple(PeriodOutline(**p) for p in data["periods"]),
-        )
 
     def only(self, where: str, name: str) -> MechanismOutline:
         """Return the outline with one contact alone; InputError suggests the nearest name."""

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import by_name, names_of, number
+from painleve_sym.checks import by_name, names_of
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
-from painleve_sym.contacts.classify import held_faults
-from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.derivation import ContactDerivation
-from painleve_sym.contacts.inputs import closed_place, inside
-from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.contacts.inputs import closed_place
 from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
@@ -32,14 +27,16 @@ from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.materials import (
     Material,
     MaterialsLike,
-    material_values,
     two_materials,
 )
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
+from painleve_sym.motion.law_numbers import values_of_materials
+from painleve_sym.motion.records import EngineOutputs, MotionNames
+from painleve_sym.motion.refusals import checked_force, end_detail, refuse, refuse_plastic
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
-from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
@@ -48,14 +45,6 @@ if TYPE_CHECKING:
 
 NO_FORCE = -1.0
 """Initial force that stands for none."""
-_JAM = (
-    "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
-    "none possible; use one contact at a time, or a compliant law"
-)
-_GUIDE_MEETS = (
-    "the slip meets A = 0, where the force of the guide grows without bound and rigid theory ends; "
-    "end earlier, or start elsewhere"
-)
 
 
 class Start(NamedTuple):
@@ -195,30 +184,6 @@ class Simulator:
                 given[here] = value
         return given
 
-    def of_materials(
-        self, materials: MaterialsLike, given: Mapping[str, Any] | None = None
-    ) -> dict[str, float]:
-        """Return the values that materials give to parameters of mechanism and laws.
-
-        Parameters
-        ----------
-        materials : Material or its name, or two
-            That of both bodies in contact, or those of the moving body and of the other:
-            ``steel,rubber``.
-        given : mapping of str to object
-            Parameters that have their values, and are left out.
-
-        Raises
-        ------
-        InputError
-            Unknown names, a property that a material lacks.
-        """
-        pair, known = two_materials(materials), given or {}
-        return {
-            **material_values(self.where, pair, self.mechanism.outline.parameters, known),
-            **material_values(f"law {self.label!r}", pair, self.own_parameters, known),
-        }
-
     @property
     def label(self) -> str:
         """Names of the laws, for messages and results."""
@@ -279,50 +244,6 @@ class Simulator:
         """Whether several contacts can have an impact: at least one of them is rigid."""
         return self.contact.several and bool(self.rigid)
 
-    @cached_property
-    def impacts(self) -> ContactImpacts:
-        """Numbers of the contacts of several."""
-        names, rows = self.outline.state_names, self.contact.rows
-        return ContactImpacts(self.mechanism, names, rows)
-
-    # ---- the loading curves of compliant contacts ----
-
-    def loading_curve(self, values: Mapping[str, Array], i: int = 0) -> tuple[Array, Array]:
-        """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
-        curve = self._loading.at(values)
-        return curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
-
-    @cached_property
-    def _loading(self) -> Quantities:
-        laws = self.contact.own_laws
-
-        def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
-            curves = {
-                f"{name}_{i}": getattr(law, name)
-                for i, law in enumerate(laws)
-                for name in ("stiffness", "exponent")
-                if law.is_compliant
-            }
-            return curves, (*self.automaton.parameters, *self.automaton.definitions)
-
-        names = self.outline.constant_names
-        return quantities("loading curves", self.contact.definition, names, derive)
-
-    def compression_of_force(self, force: float, parameters: Mapping[str, float]) -> float:
-        """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
-
-        The initial surface energy of the paper, (10), is given this way.
-        """
-        number(force, "initial force", where=self.where, lower=0.0)
-        k, n = self._curve(parameters)
-        return float((force / k) ** (1 / n))
-
-    def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
-        _ = self.contact_law  # rejects laws without a loading curve
-        values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
-        k, n = self.loading_curve(values)
-        return float(k[0]), float(n[0])
-
     # ---- one motion ----
 
     @spelled_out(RunArguments)
@@ -346,6 +267,8 @@ class Simulator:
         settings, begins = separated(self.where, RunArguments, arguments)
         start = self.begin(state, **begins)
         checked = self.options(start.scale, settings)
+        if not checked.until:
+            refuse_plastic(self, start.place.parameters)
         raw = self.integrator.run(start.state, start.parameters, checked)
         trajectory = self.trajectory(raw, start, checked)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
@@ -363,7 +286,7 @@ class Simulator:
         """Return the checked place of a start, with the laws' parameters too; see `simulate`."""
         given = self.given(parameters, law_parameters)
         if material is not None:
-            given = {**self.of_materials(material, given), **given}
+            given = {**values_of_materials(self, material, given), **given}
         place = self.mechanism.at(state, given, declared=self.declared, where=self.where)
         return place if close is None else closed_place(place, close)
 
@@ -384,10 +307,10 @@ class Simulator:
 
     def start(self, place: Place, initial_force: float | None = None) -> Start:
         """Return the start of a run; InputError where the laws or the domain do not admit it."""
-        force = NO_FORCE if initial_force is None else self._checked_force(initial_force)
+        force = NO_FORCE if initial_force is None else checked_force(self, initial_force)
         start, admits = self.prepared(place, force)
         if 0.0 in admits:
-            self._refuse(start)
+            refuse(self, start)
         return start
 
     def prepared(self, place: Place, force: float = NO_FORCE) -> tuple[Start, list[float]]:
@@ -396,68 +319,6 @@ class Simulator:
         prepared = self.integrator.prepare(p[None], motion[None], np.array([force]))
         state, admits, scale = (array[0] for array in prepared)
         return Start(place, state, p, scale, force), admits.tolist()
-
-    def _checked_force(self, force: float) -> float:
-        fault = self.initial_force_fault()
-        if fault:
-            raise InputError(f"{self.where}: {fault}")
-        return number(force, "initial force", where=self.where, lower=0.0)
-
-    def _refuse(self, start: Start) -> NoReturn:
-        """Raise InputError with the reason why a start is not admitted."""
-        for name, value in self.constants(start.place.parameters).items():
-            if not math.isfinite(value):
-                raise InputError(
-                    f"{self.where}: {name} evaluates to {value!r}, need a finite number. "
-                    "Fix: check the parameters it is made of (stiffness, curvatures)."
-                )
-        inside(start.place)
-        names = self.outline.state_names
-        state = dict(zip(names, start.state.tolist(), strict=True))
-        if start.force >= 0:
-            raise InputError(
-                f"{self.where}: initial_force: got a start with gap "
-                f"{state[self.contact.rows[0].gap]!r}, need 0. Fix: give the force or the "
-                "compression, not both."
-            )
-        for i in self.rigid:
-            self._refuse_contact(i, state, start.place.values)
-        raise InputError(f"{self.where}: the contact law does not admit the start.")
-
-    def _refuse_contact(
-        self, i: int, state: Mapping[str, float], values: Mapping[str, float]
-    ) -> None:
-        """Raise InputError where a rigid contact is inside the ground, or a guide off its place."""
-        row, several = self.contact.rows[i], self.contact.several
-        gap, rate = state[row.gap], state[row.gap_rate]
-        contact = self.mechanism.outline.contacts[i]
-        name = f"contact {contact.name!r}"
-        if contact.bilateral:
-            at = contact_numbers(self.mechanism, i)(values)
-            subject = f"the bilateral {name}" if several else "a bilateral contact"
-            within = (gap, at["gap_tolerance"]), (rate, at["rate_tolerance"])
-            for fault in held_faults(subject, *within):
-                raise InputError(f"{self.where}: {fault}")
-        elif gap < 0:
-            subject = f"{name} starts" if several else "the start is"
-            raise InputError(
-                f"{self.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
-                "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
-            )
-
-    def initial_force_fault(self) -> str:
-        """Return why no initial force can be given, a sentence; empty where it can."""
-        if len(self.contact.rows) > 1:
-            return (
-                "initial_force: several contacts share no force. Fix: give the compression of each "
-                "by the state."
-            )
-        if not self.is_compliant(0):
-            return (
-                "initial_force: a rigid contact has no compression. Fix: leave it out, or give a "
-                "compliant law."
-            )
-        return ""
 
     def start_expressions(self, forced: bool) -> dict[Any, Any]:
         """Return the start values that follow from other ones: states to SymPy expressions.
@@ -601,7 +462,7 @@ class Simulator:
             final_state=raw.state,
             final_memory=raw.memory,
             stop_reason=raw.stop_reason,
-            stop_detail=self._detail(raw),
+            stop_detail=end_detail(self, raw),
             counters=raw.counters,
             evaluator=self._evaluator,
             subject=self.mechanism,
@@ -637,17 +498,3 @@ class Simulator:
             latex=self.mechanism.latex_names,
             source=self.source,
         )
-
-    def _detail(self, raw: RawRun) -> str:
-        if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
-            return ""
-        if raw.stop_reason is StopReason.LEFT_DOMAIN:
-            mode = self.outline.modes[raw.mode]
-            bound = mode.transitions[raw.stop_transition].bound
-            return self.mechanism.outline.domain[bound].meaning if bound is not None else ""
-        guide = all(c.bilateral for c in self.mechanism.outline.contacts)
-        if guide and raw.stop_reason is StopReason.SINGULAR:
-            return _GUIDE_MEETS
-        if len(self.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:
-            return _JAM
-        return raw.stop_reason.advice

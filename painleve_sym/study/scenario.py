@@ -15,7 +15,7 @@ from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify_at
 from painleve_sym.contacts.closing import closing_hint
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact_at
 from painleve_sym.contacts.inputs import inside, place_of
@@ -296,9 +296,9 @@ class Scenario:
             return tangential_impact_at(inside(self.place))
         coefficient = {rule.parameter.name: self.coefficient_of(rule)}
         place = inside(self._place(rule.parameter, **coefficient))
-        at = contact_numbers(mechanism)(place.values)
-        gap = at["gap"]
-        if abs(gap) > at["gap_tolerance"]:
+        at = Delassus.of(mechanism).at(place.values)
+        gap = float(at.gap[0])
+        if abs(gap) > at.gap_tolerance[0]:
             side = "inside the ground" if gap < 0 else "above the ground"
             raise InputError(
                 f"jump of {mechanism.name!r}: the contact starts {side}, gap = {gap:g} m, need 0. "

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.codegen import quantities
+from painleve_sym.codegen import derivation_cache, quantities
 from painleve_sym.codegen.compile import compiler_mark
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.compliant import CompliantContact
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines import source
@@ -26,6 +26,7 @@ from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import CompilerMissing
+from painleve_sym.files import of_plain, to_plain
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import law
@@ -133,7 +134,7 @@ def test_coefficients_stay_at_hand_beside_a_cached_engine(cache):
     assert simulator.mechanism.coefficients.W_nn == 1 / M.symbol
     outline = Outline.of(simulator.automaton)
     assert simulator.outline == outline
-    assert Outline.of_data(json.loads(json.dumps(outline.to_data()))) == outline
+    assert of_plain(Outline, json.loads(json.dumps(to_plain(outline)))) == outline
 
 
 def changed():
@@ -204,7 +205,7 @@ DAMAGES = {
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_damaged_entry_is_made_anew(cache, damage):
     first = simulators()[0].run(START, t_end=0.2)
-    numbers = contact_numbers(sledge())
+    numbers = Delassus.of(sledge()).contact_quantities
     whole = {path: path.read_bytes() for path in entries(cache)}
     assert len(whole) == 2  # the engine, the numbers of its contact
     for path, text in whole.items():
@@ -212,7 +213,7 @@ def test_damaged_entry_is_made_anew(cache, damage):
     quantities._stored.cache_clear()
     again = simulators()[0].run(START, t_end=0.2)
     assert np.array_equal(again.final_state, first.final_state)
-    assert contact_numbers(sledge()).names == numbers.names
+    assert Delassus.of(sledge()).contact_quantities.names == numbers.names
     assert {path: path.read_bytes() for path in entries(cache)} == whole
 
 
@@ -326,3 +327,25 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
     assert len(ends) == 1
     assert len(entries(cache)) == 2  # the description of the named mechanism, and the engine
     assert all(read_entry(path.stem.removeprefix("painleve-")) for path in entries(cache))
+
+
+def test_entry_depends_on_the_folders_that_derive_it(monkeypatch):
+    changed = dict.fromkeys(("mechanics", "contacts", "engines", "motion"), "")
+    monkeypatch.setattr(derivation_cache, "_code", lambda folder: changed.get(folder, folder))
+    of = {
+        "mechanism": derivation_cache.MECHANISM,
+        "formulas": derivation_cache.FORMULAS,
+        "engine": derivation_cache.ENGINE,
+    }
+    deriving = {
+        "mechanics": {"mechanism", "formulas", "engine"},
+        "contacts": {"formulas", "engine"},
+        "engines": {"engine"},
+        "motion": set(),
+    }
+    keys = {name: entry_key("title", by=folders) for name, folders in of.items()}
+    for folder, again in deriving.items():
+        monkeypatch.setitem(changed, folder, "changed")
+        others = {name for name in of if entry_key("title", by=of[name]) != keys[name]}
+        monkeypatch.setitem(changed, folder, "")
+        assert others == again, folder

@@ -30,7 +30,8 @@ TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 @functools.cache
 def simulator(name, engine, reload=None):
     choices = {"reload": reload} if reload else {}
-    return Simulator(rod(), law(name, **choices), engine)
+    own = paper_law if name == "bilinear-hertz" else functools.partial(law, name)
+    return Simulator(rod(), own(**choices), engine)
 
 
 def both(name, reload, state, **options):
@@ -140,7 +141,6 @@ def test_tolerance_governs_the_error(rtol):
         ({"t_end": 2.0, "state": TABLE_4}, StopReason.LEFT_DOMAIN),
         ({"max_events": 3}, StopReason.EVENT_LIMIT),
         ({"max_steps": 5}, StopReason.STEP_LIMIT),
-        ({"parameters": {**HARD, "e_energetic": 0.0}}, StopReason.ACCUMULATION),
         ({"t_end": 1e-4}, StopReason.T_END),
     ],
 )
