@@ -14,7 +14,6 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
-from tests.support.paper_law import paper_law
 
 FOLDER = Path(__file__).parents[2] / "examples" / "studies" / "fit"
 TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}
@@ -25,7 +24,7 @@ TIMES = np.arange(0, 101) * 4e-5
 
 @functools.cache
 def simulator():
-    return Simulator(model("rod"), paper_law())
+    return Simulator(model("rod"), law("bilinear-hertz"))
 
 
 @functools.cache

@@ -585,7 +585,7 @@ static void push_of(const ps_path *path, const ps_way *const *way, double *push,
         step->column[PS_ROW(contact[c], entry)][c] = along[c][entry];
     }
   }
-  if (!k) return;
+  if (k <= 0) return;
   for (int r = 0; r < k; r++) {
     right[r] = -dot(rows, path->W[row[r]], push);
     for (int c = 0; c < k; c++) {
