@@ -39,6 +39,7 @@ from painleve_sym.hybrid.automaton import (
     LinearSystem,
     Mode,
     Test,
+    TestRole,
     Transition,
 )
 from painleve_sym.laws.contact_law import ContactLaw
@@ -339,6 +340,8 @@ class PluralContacts(ContactStates):
             both = sp.Mul(*[self.interfaces[i].holds for i in self._unknown])
             tests.append(Test(both * (sp.Abs(_DETERMINANT) - SINGULAR_MARGIN), both))
         if self._unknown:
+            # Of slips with several solutions: it has the sign of A where there is one contact.
+            tests.append(Test(_DETERMINANT, sp.Integer(1), TestRole.RANKS))
             margin = _DETERMINANT**2 - SINGULAR_MARGIN**2
             changes.append(
                 Transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
@@ -387,7 +390,8 @@ class PluralContacts(ContactStates):
         """Impacts of the rigid contacts; None where there is none."""
         if not self._unknown:
             return None
-        has_law = not all(law.is_compliant for law in self.model.laws)
+        guided = all(c.bilateral for c in self.mechanism.contacts)
+        has_law = not guided and not all(law.is_compliant for law in self.model.laws)
         own, given, rigid = self._symbols, self.contact_set, self.model.rigid_law
         return Impacts(
             rigid=self._unknown,
