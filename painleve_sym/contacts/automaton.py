@@ -41,6 +41,7 @@ from painleve_sym.hybrid.automaton import (
     LinearSystem,
     Mode,
     Test,
+    TestRole,
     Transition,
 )
 from painleve_sym.laws.contact_law import ContactLaw
@@ -345,6 +346,8 @@ class PluralContacts(ContactStates):
             stick = sp.Mul(*[self.interfaces[i].holds for i in contacts])
             tests.append(Test(-stick, stick))
         if self._unknown:
+            # Of slips with several solutions: it has the sign of A where there is one contact.
+            tests.append(Test(_DETERMINANT, sp.Integer(1), TestRole.RANKS))
             margin = _DETERMINANT**2 - SINGULAR_MARGIN**2
             changes.append(
                 Transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
@@ -416,7 +419,8 @@ class PluralContacts(ContactStates):
         """Impacts of the rigid contacts; None where there is none."""
         if not self._unknown:
             return None
-        has_law = not all(law.is_compliant for law in self.model.laws)
+        guided = all(c.bilateral for c in self.mechanism.contacts)
+        has_law = not guided and not all(law.is_compliant for law in self.model.laws)
         own, given, rigid = self._symbols, self.contact_set, self.model.rigid_law
         return Impacts(
             rigid=self._unknown,

@@ -106,7 +106,8 @@ class GuideInterface(Interface):
         """Return slip start and stop, and the reversal of the normal force."""
         guard = self.side * motion.normal_force
         turn = self._transition("force_reversal", EventKind.FORCE_REVERSAL, guard)
-        return [*self._friction_changes(motion), turn, self._ends_of_rest(motion)]
+        # First: where F_n turns, what friction can bear vanishes, too.
+        return [turn, *self._friction_changes(motion), self._ends_of_rest(motion)]
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return the sign of F_n, the friction cone, and the onset of slip."""

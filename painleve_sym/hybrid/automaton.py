@@ -214,6 +214,9 @@ class TestRole(enum.Enum):
     """Not negative either; where it stays 0, what should begin does not: the mode is idle."""
     VANISHES = "v"
     """The value stays 0."""
+    RANKS = "r"
+    """No inequality: a policy that prefers many open parts prefers a positive value, too, one that
+    prefers few a negative one."""
 
 
 @dataclass(frozen=True)

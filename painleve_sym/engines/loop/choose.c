@@ -19,14 +19,14 @@ static int guard_side(double g, double d, double d2, double zero, double moment,
  * the measure by which guards are armed they last: none of these then fires at once. Idle: what should
  * begin stays zero. Where they fail, `missed` is by how much, in parts of their scales. It ends where
  * they fail by rates alone: guards would be armed, though values are no more than rounding. */
-enum { PS_FAILS, PS_HOLDS, PS_LASTS, PS_IDLE = 4, PS_ENDS = 8 };
+enum { PS_FAILS, PS_HOLDS, PS_LASTS, PS_IDLE = 4, PS_ENDS = 8, PS_POSITIVE = 16 };
 
 static int consistent(ps_run *s, const ps_options *o, double *missed) {
   const ps_mode *m = &PS_MODES[s->mode];
   /* C99 has no arrays without an element. */
   double v[PS_NTEST + 1], d[PS_NTEST + 1], d2[PS_NTEST + 1], scale[PS_NTEST + 1];
   double *res[4] = {v, d, d2, scale};
-  int lasts = 1, idle = 0, ends = 1;
+  int lasts = 1, idle = 0, ends = 1, positive = 0;
   specialise(s);
   field(s, s->x, s->k[0]);
   const double h = first_step(s, o);
@@ -38,6 +38,11 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
     double first = h * d[j], second = 0.5 * h * h * d2[j], slope = PS_ZERO_SLOPE * scale[j];
     double decides = fabs(second) > slope ? second : 0;
     if (!isfinite(v[j])) *missed = HUGE_VAL;
+    /* Of motions with as many open parts, the policy takes one by the sign of this value. */
+    if (m->roles[j] == 'r') {
+      positive |= v[j] > 0;
+      continue;
+    }
     if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) decides = v[j];
     else if (fabs(first) > slope) decides = first;
     const int stays = !s->exists && m->roles[j] == 'b' && decides == 0 && scale[j] > 0;
@@ -51,7 +56,7 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
     if (decides < 0) ends &= m->roles[j] == 'h' && side > 0;
   }
   if (*missed > 0) return ends ? PS_ENDS : PS_FAILS;
-  return (lasts ? PS_LASTS : PS_HOLDS) | (idle ? PS_IDLE : 0);
+  return (lasts ? PS_LASTS : PS_HOLDS) | (idle ? PS_IDLE : 0) | (positive ? PS_POSITIVE : 0);
 }
 
 /* Whether a memory was chosen before at this instant. A motion that ends where it begins is not the one
@@ -196,9 +201,10 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
     const int left = !memcmp(s->z, z_before, PS_OWNED_SIZE * sizeof(double));
     const int again = s->exists && (left || entered_before(s, s->z));
     if (held && held != PS_ENDS) {
+      rank = 2 * rank + (held & PS_POSITIVE ? PS_POLICY > 0 : PS_POLICY < 0);
       /* Among those that differ by rounding alone, one that lasts; last the combination just left. */
       rank = 3 * (PS_NPART + 1) * (2 * rank + !(left || again)) + 3 * preferred;
-      rank += left || again ? 0 : held & ~PS_IDLE;
+      rank += left || again ? 0 : held & (PS_HOLDS | PS_LASTS);
       repeats &= again;
       if (preferred > most) motions = 0;
       most = PS_MAX(most, preferred);

@@ -24,6 +24,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
+from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import LawLike
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import Simulator
@@ -155,13 +156,12 @@ class _Start:
             return Outcome.UNDECIDED, raw.stop_reason
         # What follows in the same instant, such as the gap's opening, is recorded after it.
         events = raw.event_records
-        for before, code in zip(events.mode_before, events.kind, strict=True):
-            mode, kind = outline.modes[before], outline.kinds[code]
-            if kind in ENDS:
-                break
-        if kind == "separation":
+        kinds = [outline.kinds[code] for code in events.kind]
+        end = next(i for i, kind in enumerate(kinds) if kind in ENDS)
+        mode = mode_name(outline, events.mode_before[end], events.memory_before[end])
+        if kinds[end] == "separation":
             return Outcome.LIFTS_OFF, raw.stop_reason
-        loading = mode.name.endswith(f"/{self.simulator.contact_law.loading.name}")
+        loading = mode.endswith(f"/{self.simulator.contact_law.loading.name}")
         outcome = Outcome.STOPS_IN_COMPRESSION if loading else Outcome.STOPS_IN_RESTITUTION
         return outcome, raw.stop_reason
 
