@@ -430,7 +430,8 @@ def study(quick: bool) -> dict[str, Any]:
         ],
         "modes": [drag(n, middle, size) for n in counts],
         "curve": [
-            {"mu": float(mu), **drag(m, (mu, mu), size)} for m in models for mu in grid
+            {"mu": float(mu), **drag(m, (mu, mu), size)}
+            for m in ("rigid", "tangential", bar_modes) for mu in grid
         ],
         "bars": [
             drop(m, length, theta, size)
