@@ -90,6 +90,9 @@ if TYPE_CHECKING:
     )
     from painleve_sym.motion.frozen_impact import FrozenEnd as FrozenEnd
     from painleve_sym.motion.frozen_impact import FrozenImpactSolver as FrozenImpactSolver
+    from painleve_sym.motion.records import EventRecord as EventRecord
+    from painleve_sym.motion.records import Film as Film
+    from painleve_sym.motion.records import Segment as Segment
     from painleve_sym.motion.rigidity import BodyPeriod as BodyPeriod
     from painleve_sym.motion.sensitivity.result import EventSensitivity as EventSensitivity
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory as SensitiveTrajectory
@@ -99,9 +102,6 @@ if TYPE_CHECKING:
     from painleve_sym.motion.singular_limit import LimitKind as LimitKind
     from painleve_sym.motion.singular_limit import ReverseChatter as ReverseChatter
     from painleve_sym.motion.singular_limit import SingularLimit as SingularLimit
-    from painleve_sym.motion.trajectory import EventRecord as EventRecord
-    from painleve_sym.motion.trajectory import Film as Film
-    from painleve_sym.motion.trajectory import Segment as Segment
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
@@ -185,7 +185,8 @@ _NAMES = {
     "motion.simulate": ("simulate", "simulate_batch"),
     "motion.simulator": ("Simulator",),
     "motion.singular_limit": ("LimitKind", "ReverseChatter", "SingularLimit"),
-    "motion.trajectory": ("EventRecord", "Film", "Segment", "Trajectory"),
+    "motion.records": ("EventRecord", "Film", "Segment"),
+    "motion.trajectory": ("Trajectory",),
     "papers.registry": ("Reproduction", "reproduce"),
     "progress": ("show_progress",),
     "references": ("Reference", "citation"),

@@ -26,8 +26,9 @@ from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import LimitKind
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
 
 if TYPE_CHECKING:

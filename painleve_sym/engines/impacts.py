@@ -33,7 +33,7 @@ from painleve_sym.laws.restitution import RESTITUTIONS
 
 COURSE, STEP, STRUCK, CLOSED = range(4)
 """What a listener hears, as the enumeration in ``loop/impulse.c``."""
-STRAIGHT, AT_ONCE, WEIGHS = range(3)
+STRAIGHT, _AT_ONCE, WEIGHS = range(3)
 ENDS = ("border", "energy", "slip", "spent")
 LAWS = ("energetic", "poisson", "newton")
 

@@ -130,8 +130,9 @@ def bilinear_hertz(
     done on the loading curve the part e² is stored, the rest is dissipated by plasticity.
 
     A virgin reload creates the energy by which the loading curve at that compression exceeds what
-    is stored. At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at
-    its first maximum compression, as an accumulation of events.
+    is stored. At e = 0 there is no unloading curve, and nothing for a contact that stays loaded to
+    rest on: a run needs an event that ends it, and in a batch it stops at the first maximum
+    compression of such a contact, as an accumulation of events.
 
     Parameters
     ----------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.energy_gain import gain_notice, gains
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind
-
-if TYPE_CHECKING:
-    from painleve_sym.motion.trajectory import EventRecord, MotionNames
+from painleve_sym.motion.records import EventRecord, MotionNames
 
 GAINING = (EventKind.IMPACT, EventKind.RELOAD)
 """Kinds of events that may add energy."""

@@ -20,8 +20,9 @@ from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.motion.locate_limit import locate_limit
+from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import LimitKind, ReverseChatter
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator

@@ -20,10 +20,11 @@ from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
 from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains
 from painleve_sym.motion.pressing import ContactSurface, contact_surfaces
+from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
 from painleve_sym.motion.rigidity import BodyPeriod, body_periods
 from painleve_sym.motion.singular_limit import ReverseChatter
-from painleve_sym.motion.trajectory import EventRecord, StoredRecord
+from painleve_sym.motion.trajectory import StoredRecord
 
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator, Start

@@ -32,10 +32,11 @@ from painleve_sym.mechanics.materials import (
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
 from painleve_sym.motion.law_numbers import values_of_materials
-from painleve_sym.motion.refusals import checked_force, end_detail, refuse
+from painleve_sym.motion.records import EngineOutputs, MotionNames
+from painleve_sym.motion.refusals import checked_force, end_detail, refuse, refuse_plastic
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
-from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
@@ -266,6 +267,8 @@ class Simulator:
         settings, begins = separated(self.where, RunArguments, arguments)
         start = self.begin(state, **begins)
         checked = self.options(start.scale, settings)
+        if not checked.until:
+            refuse_plastic(self, start.place.parameters)
         raw = self.integrator.run(start.state, start.parameters, checked)
         trajectory = self.trajectory(raw, start, checked)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:

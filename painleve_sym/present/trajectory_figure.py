@@ -17,7 +17,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import checked_number
 from painleve_sym.errors import InputError, received
 from painleve_sym.escape import figure_text
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.records import EventRecord
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.present.style import (
     CONTACTS,
     DASHES,

@@ -134,7 +134,7 @@ int main(void) {
     flags = ("-O0", "-include", "allocate.h", "-o", "starve")
     run(*find_compiler().command, *flags, "starve.c", *sources, "-lm", cwd=bouncing.folder)
     failed = int(run("./starve", cwd=bouncing.folder).split()[0])
-    # The run, what is given back, its events, and steps and events that need more room.
+    # The run, the values given back, its events, and steps and events that need more room.
     assert failed >= 5
 
 

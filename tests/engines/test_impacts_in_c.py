@@ -151,6 +151,11 @@ def test_rows_of_a_batch_are_single_runs_bit_for_bit(laws, engine):
     assert impacts >= 10
 
 
+def contact_values(simulator, state):
+    """Return gaps, gap rates and slip velocities."""
+    return np.array([[state[n] for n in row] for row in simulator.contact.rows]).T
+
+
 @pytest.mark.parametrize("restitution", LAWS)
 def test_impacts_of_a_run_are_those_of_numpy(restitution):
     feet = simulator(FEET, restitution=restitution)

@@ -53,6 +53,8 @@ def spread(rng: np.random.Generator, least: float, most: float) -> float:
 
 def motions(sim: Simulator, count: int, seed: int = 0) -> Iterator[dict[str, Any]]:
     """Yield arguments of `Simulator.run`, the same ones for every engine."""
+    laws = (law_ for law_ in sim.contact.own_laws if law_.is_compliant)
+    compliant = {p.name for law_ in laws for p in law_.parameters}
     for i in range(count):
         key = f"{sim.mechanism.name} {sim.label} {sim.choices} {seed} {i}"
         rng = np.random.default_rng(zlib.crc32(key.encode()))
@@ -60,16 +62,23 @@ def motions(sim: Simulator, count: int, seed: int = 0) -> Iterator[dict[str, Any
         yield {
             "state": state,
             "parameters": parameters,
-            "law_parameters": {p.name: _law_parameter(p, rng) for p in sim.own_parameters},
+            "law_parameters": {
+                p.name: _law_parameter(p, rng, plastic=p.name not in compliant)
+                for p in sim.own_parameters
+            },
             "t_end": spread(rng, 1e-3, 0.5),
             "max_events": 3000,
             "max_steps": 20_000,
         }
 
 
-def _law_parameter(p: Any, rng: np.random.Generator) -> float:
+def _law_parameter(p: Any, rng: np.random.Generator, *, plastic: bool) -> float:
     if p.name.startswith("e_"):
-        e = float(rng.choice([0.0, rng.uniform(0.05, 0.95), rng.uniform(0.05, 0.95), 1.0]))
+        e = float(
+            rng.choice(
+                [0.0 if plastic else 0.1, rng.uniform(0.05, 0.95), rng.uniform(0.05, 0.95), 1.0]
+            )
+        )
         return p.default if p.fault(e) else e
     if p.name.startswith("static_ratio"):
         return float(rng.uniform(1.0, 1.8))

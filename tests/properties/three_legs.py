@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -35,6 +35,7 @@ def _laws() -> Iterator[tuple[str, ...]]:
         yield laws
         yield laws[::-1]
     yield from [("linear",) * 3, ("bilinear-hertz",) * 3, ("rigid", "bilinear-hertz", "rigid")]
+    yield from [("hertz", "rigid", "linear"), ("linear", "rigid", "hertz")]
 
 
 LAWS = tuple(dict.fromkeys(_laws()))
@@ -49,7 +50,7 @@ class Drop:
     parameters: dict[str, float]
     own: dict[str, dict[str, float]]
     t_end: float
-    e: float = field(default=0.5)
+    e: float
 
     def mirrored(self) -> Drop:
         """Return the mirror image: right and left are exchanged, and the ways along the ground."""
@@ -60,7 +61,7 @@ class Drop:
         return replace(self, start=start, parameters=self.parameters | mu, own=own)
 
 
-def e_of(rng: np.random.Generator) -> float:
+def _restitution(rng: np.random.Generator) -> float:
     """Return a coefficient of restitution that is neither 0 nor 1."""
     return float(rng.choice([0.3, 0.5, 0.75, rng.uniform(0.02, 0.98)]))
 
@@ -87,7 +88,7 @@ def drops(laws: tuple[str, ...], count: int, seed: int = 0) -> Iterator[Drop]:
         }
         start["y"] += parameters["a"] * abs(np.sin(start["theta"]))
         own = {foot: _own(name, rng) for foot, name in zip(FEET, laws, strict=True)}
-        yield Drop(start, parameters, own, float(rng.uniform(0.15, 0.4)), e_of(rng))
+        yield Drop(start, parameters, own, float(rng.uniform(0.15, 0.4)), _restitution(rng))
 
 
 def _own(name: str, rng: np.random.Generator) -> dict[str, float]:
@@ -99,7 +100,7 @@ def _own(name: str, rng: np.random.Generator) -> dict[str, float]:
         "rigid": {},
         "hertz": {"E": 1e4 * stiff},
         "hunt-crossley": {"E": 1e3 * stiff, "c": 0.1 * damped},
-        "bilinear-hertz": {"E": 1e3 * stiff, "e_energetic": e_of(rng)},
+        "bilinear-hertz": {"E": 1e3 * stiff, "e_energetic": _restitution(rng)},
     }[name]
 
 

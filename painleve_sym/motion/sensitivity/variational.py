@@ -22,6 +22,7 @@ from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSetting
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
 from painleve_sym.motion.arguments import RunArguments, separated
+from painleve_sym.motion.records import EngineOutputs
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
 from painleve_sym.motion.sensitivity.result import (
     NO_DERIVATIVE,
@@ -31,7 +32,7 @@ from painleve_sym.motion.sensitivity.result import (
     split_outputs,
 )
 from painleve_sym.motion.simulator import Simulator, Start
-from painleve_sym.motion.trajectory import EngineOutputs, StoredRecord, Trajectory
+from painleve_sym.motion.trajectory import StoredRecord, Trajectory
 from painleve_sym.units import Value
 
 INITIAL_FORCE = "initial_force"

@@ -20,8 +20,9 @@ from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import (
     EXPONENT,
     INITIAL_FORCES,
