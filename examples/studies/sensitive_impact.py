@@ -15,7 +15,8 @@ import painleve_sym as ps
 WRT = ("mu", "e_energetic", "E", "n")
 PARAMETERS = {"E": 20.9e14}
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-simulator = ps.Simulator(ps.model("rod"), ps.laws.bilinear_hertz(n=1.764, reload="virgin"))
+PAPER = ps.laws.bilinear_hertz(n=1.764, reload="virgin")
+simulator = ps.Simulator(ps.model("rod"), PAPER)
 sensitivities = simulator.sensitivities(
     STATE, WRT, parameters=PARAMETERS, t_end=0.01, until="separation"
 )

@@ -158,7 +158,7 @@ def test_numbers_of_the_study_are_computed_again():
 
 
 def test_every_run_of_the_study_reached_its_end():
-    sections = ("rod", "controls", "modes", "curve", "bars", "bar modes")
+    sections = ("rod", "controls", "contacts", "modes", "curve", "bars", "bar modes")
     assert {r["completed"] for s in sections for r in DATA[s]} == {study.SAMPLE}
     assert min(r["far end"] for r in DATA["bars"]) > 0
 
@@ -168,15 +168,51 @@ def test_opening_and_statements_have_the_numbers_of_the_study():
     decisive = "0.6 ± 10 %"
     rigid, bending = (1e3 * rise[decisive, m][1] for m in ("rigid", study.MODES))
     assert f"rises by {rigid:.2f} mm if the rod is rigid and by {bending:.0f} mm" in PAGE
-    assert {f"{rise[f, study.MODES][1] / rise[f, 'rigid'][1]:.0f}"[0]
-            for f in (decisive, "0.9 ± 10 %")} == {"7"}  # fmt: skip
+    ratios = [rise[f, study.MODES][1] / rise[f, "rigid"][1] for f in (decisive, "0.9 ± 10 %")]
+    assert "by a factor of {:.0f} at μ = 0.6 and {:.0f} at 0.9".format(*ratios) in PAGE
     assert 1e3 * rise[decisive, "rigid"][2] < 1 < 10 < 1e3 * rise[decisive, study.MODES][0]
     for friction in ("0.3 ± 10 %", decisive):
         rigid, sprung = (rise[friction, m][1] for m in ("rigid", "tangential"))
         assert sprung == pytest.approx(rigid, rel=0.01)
     stops = {(r["mu"], r["model"]): r["stops"] for r in DATA["curve"]}
-    assert stops[0.4, study.MODES] == 0 and stops[0.5, study.MODES] == 1
+    assert stops[0.4, study.BAR_MODES] == 0 and stops[0.5, study.BAR_MODES] == 1
     assert stops[0.9, "rigid"] == 0 and stops[1.0, "rigid"] > 0.5
+
+
+def test_intervals_contain_what_the_modes_leave():
+    """They reach to the limit of the chain of particles, at the middle values."""
+    left = study.truncation(DATA["oracle"])
+    assert 0.7 < left["slip_stop"] < 1 < left["rise"] < 1.1
+    assert f"multiplied by {left['slip_stop']:.2f}" in PAGE
+    assert f"by {left['rise']:.2f}, by which" in PAGE
+    kept = row(DATA["rod"], friction="0.6 ± 10 %", model=study.MODES)
+    (line,) = study.rod_rows([kept], "friction", left)
+    assert f"{1e3 * kept['rise'][2] * left['rise']:.2f})" in line[-1]
+
+
+def test_contacts_that_yield_and_hard_tips_keep_the_verdict():
+    rows = {(r["tip"], r["model"]): r for r in DATA["contacts"]}
+    for contact in ("hard tip", "plastic"):
+        assert rows[contact, study.MODES]["stops"] == 1 and rows[contact, "rigid"]["stops"] == 0
+        assert 10 * rows[contact, "rigid"]["rise"][2] < rows[contact, study.MODES]["rise"][0]
+    forces = [study.first_yield(0.003, 70e9, 0.33, s) for s in (95e6, 276e6)]
+    forces.append(study.first_yield(0.006, 200e9, 0.3, 2e9))
+    words = " ".join(PAGE.split())
+    assert "which is {:.1f} N for the table's 95 MPa and {:.1f} N".format(*forces) in words
+    assert f"that yields at {forces[2]:.0f} N only" in words
+
+
+def test_plastic_contact_has_the_force_of_its_hardness():
+    draws = study.Draws("aluminium", 3)
+    given = draws.parameters("rigid", 1.0, 0.006, 0.0) | {"e_energetic": 0.5}
+    values = study.with_contact("plastic", given, draws)
+    law = ps.laws.bilinear_hertz(
+        **{n: float(np.ravel(values[n])[0]) for n in ("E", "nu", "R", "n", "l_0", "e_energetic")}
+    )
+    K = float(law.stiffness.subs(dict(law.definitions)).subs(
+        {p.symbol: p.default for p in law.parameters}))  # fmt: skip
+    low, high = (2 * math.pi * 0.003 * 2.8 * s for s in study.PLASTIC["strength"])
+    assert low <= K <= high
 
 
 def test_arm_has_its_paradox_and_rod_its_first_mode_where_the_page_says():

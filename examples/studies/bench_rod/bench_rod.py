@@ -425,12 +425,13 @@ def study(quick: bool) -> dict[str, Any]:
             for name, change in controls.items() for m in ("rigid", "tangential", bar_modes)
         ],
         "contacts": [
-            {"contact": c, **drag(m, middle, size, c)}
+            {"tip": c, **drag(m, middle, size, c)}
             for c in ("hard tip", "plastic") for m in ("rigid", modes)
         ],
         "modes": [drag(n, middle, size) for n in counts],
         "curve": [
-            {"mu": float(mu), **drag(m, (mu, mu), size)} for m in models for mu in grid
+            {"mu": float(mu), **drag(m, (mu, mu), size)}
+            for m in ("rigid", "tangential", bar_modes) for mu in grid
         ],
         "bars": [
             drop(m, length, theta, size)
@@ -567,7 +568,7 @@ def tables(data: Mapping[str, Any]) -> list[str]:
                "rebound/belt", "peak force, N"], belts),
         table(["μ", *head], rod_rows(data["rod"], "friction", left)),
         table(["control", *head], rod_rows(data["controls"], "control", left)),
-        table(["contact", *head], rod_rows(data["contacts"], "contact", left)),
+        table(["contact", *head], rod_rows(data["contacts"], "tip", left)),
         table(head, rod_rows(data["modes"], "")),
         tolerances(),
         table(["model", "slip stop, ms", "contact, ms", "peak force, N", "centre upwards, m/s",

@@ -166,7 +166,7 @@ def landing(
 
 MANY = (24, 12)
 """Numbers of modes of maps; the table of convergence has their error."""
-MOST = (80, 40)
+MAX_COUNTS = (80, 40)
 ANGLES = (0.8, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)
 SPEEDS = (0.01, 0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 SLENDER = (20, 30, 50, 100, 200, 500)
@@ -325,7 +325,7 @@ def maps(slender: Sequence[float], angles: Sequence[float], names: Sequence[str]
 
 def study(quick: bool) -> dict[str, Any]:
     """Return all numbers of the study."""
-    counts = ((2, 1),) if quick else ((1, 0), (4, 1), (8, 2), (24, 12), (48, 24), MOST)
+    counts = ((2, 1),) if quick else ((1, 0), (4, 1), (8, 2), (24, 12), (48, 24), MAX_COUNTS)
     angles, speeds = ((1.0,), (1.0,)) if quick else (ANGLES, SPEEDS)
     return {
         "angles": over_angles(angles, counts[-1:] if quick else (MANY, (48, 24))),
