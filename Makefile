@@ -6,12 +6,15 @@ JOBS ?= auto
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PYTEST := $(BIN)/python -m pytest
-# More workers than this only repeat the imports.
-PARALLEL := -n $(JOBS) --maxprocesses=8
+# More workers than this only repeat the imports. Each has tests that follow one another, which share
+# their mechanisms, until it takes some from another.
+PARALLEL := -n $(JOBS) --maxprocesses=8 --dist=worksteal
 
 # One thread per worker: the linear algebra is tiny, and the workers already fill the cores.
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
+# What one process compiled of Python serves the others: tests start many.
+export PYTHONDONTWRITEBYTECODE :=
 # No display is needed to draw.
 export MPLBACKEND ?= Agg
 
@@ -27,11 +30,12 @@ setup: $(VENV)/.installed ## create .venv and install the package with its test 
 test: lint ## check style, types, import layers and prose, then run all but the slow tests
 	$(PYTEST) -q $(PARALLEL) -m "not slow"
 
+# Types take longest: the others are checked beside them.
 lint: $(VENV)/.installed ## check style, types, import layers and prose
 	$(BIN)/ruff check --quiet .
-	$(BIN)/mypy --no-error-summary
-	@$(BIN)/lint-imports --no-logo > $(VENV)/lint-imports.log 2>&1 || { cat $(VENV)/lint-imports.log; exit 1; }
-	$(BIN)/python tools/prose.py
+	@{ $(BIN)/lint-imports --no-logo && $(BIN)/python tools/prose.py; } > $(VENV)/lint.log 2>&1 & beside=$$!; \
+	$(BIN)/mypy --no-error-summary; types=$$?; \
+	wait $$beside || { cat $(VENV)/lint.log; exit 1; }; exit $$types
 
 # pytest ends with 5 when it selects nothing: having no slow tests is not a failure.
 # Code optimized as for users, where other tests compile it quickly: see tests/conftest.py.

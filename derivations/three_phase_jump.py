@@ -10,7 +10,8 @@ from derivations._page import Derivation, Quantity, Step
 from derivations.contact_coefficients import COEFFICIENTS, A
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.sticking import A_STICK
-from painleve_sym.laws.impact_cases import E_C, ImpactCase, three_phase_jump
+from painleve_sym.laws.impact_cases import ImpactCase, three_phase_jump
+from painleve_sym.laws.restitution_equation import E_C
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, Phase
 from painleve_sym.mechanics.simplify import readable

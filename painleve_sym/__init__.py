@@ -7,7 +7,10 @@ hold the named mechanisms and contact laws as functions.
 from __future__ import annotations
 
 import importlib
+from functools import partial
 from typing import TYPE_CHECKING, Any
+
+from painleve_sym.hooks import register
 
 if TYPE_CHECKING:
     from painleve_sym import laws as laws
@@ -87,6 +90,9 @@ if TYPE_CHECKING:
     )
     from painleve_sym.motion.frozen_impact import FrozenEnd as FrozenEnd
     from painleve_sym.motion.frozen_impact import FrozenImpactSolver as FrozenImpactSolver
+    from painleve_sym.motion.records import EventRecord as EventRecord
+    from painleve_sym.motion.records import Film as Film
+    from painleve_sym.motion.records import Segment as Segment
     from painleve_sym.motion.rigidity import BodyPeriod as BodyPeriod
     from painleve_sym.motion.sensitivity.result import EventSensitivity as EventSensitivity
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory as SensitiveTrajectory
@@ -96,9 +102,6 @@ if TYPE_CHECKING:
     from painleve_sym.motion.singular_limit import LimitKind as LimitKind
     from painleve_sym.motion.singular_limit import ReverseChatter as ReverseChatter
     from painleve_sym.motion.singular_limit import SingularLimit as SingularLimit
-    from painleve_sym.motion.trajectory import EventRecord as EventRecord
-    from painleve_sym.motion.trajectory import Film as Film
-    from painleve_sym.motion.trajectory import Segment as Segment
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
@@ -182,7 +185,8 @@ _NAMES = {
     "motion.simulate": ("simulate", "simulate_batch"),
     "motion.simulator": ("Simulator",),
     "motion.singular_limit": ("LimitKind", "ReverseChatter", "SingularLimit"),
-    "motion.trajectory": ("EventRecord", "Film", "Segment", "Trajectory"),
+    "motion.records": ("EventRecord", "Film", "Segment"),
+    "motion.trajectory": ("Trajectory",),
     "papers.registry": ("Reproduction", "reproduce"),
     "progress": ("show_progress",),
     "references": ("Reference", "citation"),
@@ -203,10 +207,26 @@ _NAMES = {
     "study.sweeps.runner": ("sweep",),
     "study.sweeps.sweep": ("Sweep",),
 }
+_UPPER = {
+    "animate": ("present.animation", "animated"),
+    "explore": ("explorer.page", "explore_motion"),
+    "html": ("present.notebook", "html"),
+    "plot": ("present.trajectory_figure", "trajectory_figure"),
+    "sensitivities": ("motion.sensitivity.variational", "differentiated"),
+}
+"""Functions to which methods of lower stages hand their work; see `hooks`."""
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 _MODULES = ("laws", "models")
 
 __all__ = sorted([*_HOMES, *_MODULES, "__version__"])
+
+
+def _load(home: str, name: str) -> Any:
+    return getattr(importlib.import_module(f"painleve_sym.{home}"), name)
+
+
+for _method, _place in _UPPER.items():
+    register(_method, partial(_load, *_place))
 
 
 # Type checkers see the names above alone, so that they report a name that does not exist.
@@ -218,9 +238,7 @@ if not TYPE_CHECKING:
         home = _HOMES.get(name)
         if home is None:
             raise AttributeError(f"module 'painleve_sym' has no attribute {name!r}")
-        module = importlib.import_module(f"painleve_sym.{home}")
-        value = getattr(module, name)
-        globals()[name] = value
+        value = globals()[name] = _load(home, name)
         return value
 
 

@@ -146,7 +146,10 @@ class StopReason(enum.Enum):
         "the mechanism left the domain its model is valid in; start elsewhere or end earlier",
     )
     STEP_LIMIT = ("step_limit", "max_steps was used up; raise max_steps or loosen rtol")
-    EVENT_LIMIT = ("event_limit", "max_events was used up; raise max_events or end earlier")
+    EVENT_LIMIT = (
+        "event_limit",
+        "max_events was used up; raise max_events or end earlier (bounces of e = 1 never end)",
+    )
     ACCUMULATION = (
         "accumulation",
         "events accumulate at a finite time (see the last event times); "

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import itertools
 import math
 import os
 import re
@@ -12,7 +14,8 @@ from collections.abc import Mapping
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from painleve_sym.errors import InputError, received
 
@@ -160,3 +163,33 @@ def _part(value: Any) -> Any:
 
 def _key(key: Any) -> Any:
     return key.value if isinstance(key, Enum) else key
+
+
+def of_plain(kind: Any, data: Any) -> Any:
+    """Return the value of a type whose plain data `to_plain` wrote.
+
+    Types are dataclasses and named tuples (their fields tell the rest), tuples, mappings by name,
+    enums, and what is plain itself; None where a union allows it. KeyError, TypeError or ValueError
+    where the data are not those of the type.
+    """
+    parts = get_args(kind)
+    if isinstance(kind, UnionType) or get_origin(kind) is Union:
+        return None if data is None else of_plain(parts[0], data)
+    if get_origin(kind) is tuple:
+        kinds = itertools.repeat(parts[0]) if parts[-1] is ... else parts
+        return tuple(of_plain(part, value) for part, value in zip(kinds, data, strict=False))
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+        return kind(**{n: of_plain(part, data[n]) for n, part in _fields(kind) if n in data})
+    if hasattr(kind, "_fields"):
+        return kind(*(of_plain(p, v) for (_, p), v in zip(_fields(kind), data, strict=True)))
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return kind(tuple(data) if isinstance(data, list) else data)
+    return data
+
+
+@functools.cache
+def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
+    """Return names and types of the fields of a dataclass or named tuple."""
+    names = getattr(kind, "_fields", None) or [f.name for f in dataclasses.fields(kind) if f.init]
+    hints = get_type_hints(kind)
+    return tuple((name, hints[name]) for name in names)

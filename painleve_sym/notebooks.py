@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable
 from typing import ClassVar
+
+from painleve_sym.hooks import upper
 
 
 class Shown:
@@ -18,7 +19,7 @@ class Shown:
 
     def _repr_html_(self) -> str:
         """Return HTML for notebooks."""
-        text: str = importlib.import_module("painleve_sym.present.notebook").html(self)
+        text: str = upper("html")(self)
         return text
 
     def __dir__(self) -> Iterable[str]:

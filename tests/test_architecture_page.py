@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from painleve_sym.cli.texts import COMMANDS
+from painleve_sym.cli.commands import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "painleve_sym"

@@ -23,6 +23,7 @@ def derived():
     return [derive() for derive in DERIVATIONS]
 
 
+@pytest.mark.slow
 def test_derivations_write_what_is_committed(derived, tmp_path):
     paths = [write_index(derived, tmp_path)]
     for derivation in derived:
@@ -34,6 +35,7 @@ def test_derivations_write_what_is_committed(derived, tmp_path):
         )
 
 
+@pytest.mark.slow
 def test_derivations_leave_no_stale_file(derived):
     names = {d.name for d in derived}
     assert {p.stem for p in (ROOT / "derivations" / "generated").glob("*.py")} == names
@@ -42,27 +44,31 @@ def test_derivations_leave_no_stale_file(derived):
     assert scripts == names
 
 
+@pytest.mark.slow
 def test_derivations_compare_every_formula_of_the_claims(derived):
     compared = {step.formula for d in derived for step in d.steps if step.formula}
     # (15) is (1) again.
     assert compared == set(CLAIMS.formulas) - {"eq-15"}
 
 
+@pytest.mark.slow
 def test_derivations_prove_exactly_the_known_misprints(derived):
     verdicts = [entry for d in derived for entry in d.verdicts]
     misprints = {number for number, verdict in verdicts if verdict != "equal"}
     assert misprints == {"(4), 1/R*", "(4), K_e", "(14), θ̇(t1)", "(18), P_n2"}
 
 
-def test_generated_functions_are_documented_and_typed(derived):
-    for derivation in derived:
-        module = importlib.import_module(f"derivations.generated.{derivation.name}")
+def test_generated_functions_are_documented_and_typed():
+    names = sorted(p.stem for p in (ROOT / "derivations" / "generated").glob("[!_]*.py"))
+    assert len(names) == len(DERIVATIONS)
+    for name in names:
+        module = importlib.import_module(f"derivations.generated.{name}")
         functions = [f for _, f in inspect.getmembers(module, inspect.isfunction)]
         assert functions
         for function in functions:
             assert function.__doc__.startswith("Return ")
-            for name in inspect.signature(function).parameters:
-                assert f"{name} : float" in function.__doc__
+            for argument in inspect.signature(function).parameters:
+                assert f"{argument} : float" in function.__doc__
 
 
 def test_generated_functions_give_the_jump_of_the_package():

@@ -10,12 +10,14 @@ import subprocess
 import sys
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
+from painleve_sym.c_export import export
 from painleve_sym.cli import main
 from painleve_sym.cli.derive import latex_page
 from painleve_sym.codegen.compile import find_compiler
@@ -37,13 +39,14 @@ from painleve_sym.escape import (
     python_text,
     terminal_text,
 )
+from painleve_sym.explorer.page import _html
 from painleve_sym.laws import rigid
 from painleve_sym.laws.closed_forms import closed_forms
 from painleve_sym.laws.python_module import python_module
 from painleve_sym.mechanics.declarations import with_fields
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.present.run_page import scenario_command
+from painleve_sym.present.run_page import run_page, scenario_command
 from painleve_sym.study.scenario import Scenario
 from tests.languages import (
     CANARY,
@@ -55,6 +58,7 @@ from tests.languages import (
     plain,
     python_faults,
 )
+from tests.support.exports import SLEDGE, needs_cmake
 
 POINT = """\
 [coordinates]
@@ -225,6 +229,24 @@ def test_markdown_text_has_no_mark(text):
     assert not re.search(r"(?<!\\)(?:\\\\)*[`*_\[\]<>|$~]", shown)
 
 
+def test_whole_pages_of_hostile_texts_run_none_of_them(tmp_path):
+    """The report of a motion, its film, and the page of the explorer."""
+    file, text = tmp_path / "sledge.toml", " ".join(HOSTILE)
+    file.write_text(SLEDGE + '[[shapes]]\nstick = [["x", "h"], ["x + 0.1", "h"]]\n', "utf-8")
+    scenario = Scenario(str(file), law="rigid", t_end=0.02, title=text)
+    run = scenario.simulate()
+    data = {"description": {"mechanism": {"title": text, "meanings": [text]}}}
+    pages = {
+        "report": run_page(scenario, run).html(),
+        "film": run.animate(duration=0.1, width=200).html(),
+        "explorer": _html(text, data),
+    }
+    for name, page in pages.items():
+        assert html_faults(page) == [], name
+        assert (CANARY in page) == (name != "film"), name  # a film has the name alone
+        assert "<svg/onload" not in page and "<img src=x" not in page, name
+
+
 # ---- graphs ----
 
 
@@ -305,7 +327,7 @@ def test_figure_text_with_dollars_is_no_formula():
         assert not re.search(r"(?<!\\)\$", figure_text(text))
 
 
-# ---- terminal and shell ----
+# ---- terminal, shell and CMake ----
 
 
 def test_title_of_a_file_does_not_control_the_terminal(tmp_path, monkeypatch, capsys):
@@ -326,3 +348,20 @@ def test_terminal_text_has_no_control_character(text):
 def test_command_of_a_report_is_the_words_it_is_made_of(text):
     words = shlex.split(scenario_command(Scenario(text, law=text)))
     assert words[2] == text and words[words.index("--law") + 1] == text
+
+
+def test_comments_of_cmake_hold_the_texts(tmp_path):
+    needs_cmake()
+    line = Path(export.__file__).with_name("templates").joinpath("CMakeLists.txt").read_text()
+    assert line.startswith("# $title")
+    lines = [f"# {one_line(text)}\nmessage({i})" for i, text in enumerate(HOSTILE)]
+    (tmp_path / "t.cmake").write_text("\n".join(lines) + "\n", "utf-8")
+    command = ["cmake", "-P", "t.cmake"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout == "" and done.stderr.split() == [str(i) for i in range(len(HOSTILE))]
+    assert [p.name for p in tmp_path.iterdir()] == ["t.cmake"]
+
+
+@given(TEXTS)
+def test_a_comment_is_one_line_of_what_is_printable(text):
+    assert one_line(text).isprintable()

@@ -11,7 +11,7 @@ import pytest
 
 FOLDER = Path(__file__).parents[1] / "docs" / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
-SLOW = {"regenerate-the-paper"}
+SLOW = {"regenerate-the-paper", "your-own-mechanism"}
 
 
 def cells(path):

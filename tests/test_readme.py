@@ -17,7 +17,7 @@ import pytest
 import painleve_sym
 from painleve_sym.choices import Friction
 from painleve_sym.cli import main
-from painleve_sym.cli.texts import COMMANDS
+from painleve_sym.cli.commands import COMMANDS
 from tests.site_pages import Page
 
 ROOT = Path(__file__).parents[1]
@@ -111,7 +111,10 @@ def test_without_a_compiler_export_and_explore_fail_and_motions_do_not(
 ):
     """As the README says."""
     page = " ".join(README.split())
-    assert "`explore` of another mechanism or law than the rod's, end with an error" in page
+    assert (
+        "`export`, motions of several contacts, and `explore` of another mechanism or law than the "
+        "rod's end with an error" in page
+    )
     monkeypatch.setenv("CC", "/nonexistent/cc")
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path / "cache"))
     start = ["rod", "--law", "rigid", "--t-end", "1e-3"]
@@ -119,6 +122,8 @@ def test_without_a_compiler_export_and_explore_fail_and_motions_do_not(
     assert "no working C compiler" in capsys.readouterr().err
     assert main(["simulate", *start]) == 0
     assert "engine erk" in capsys.readouterr().out
+    assert main(["simulate", "block-two-feet", *start[1:]]) == 2
+    assert "motions of several contacts need compiled code" in capsys.readouterr().err
     assert main(["explore", "rod", "--out", str(tmp_path / "rod.html")]) == 0
 
 
@@ -169,6 +174,7 @@ def test_citation_has_the_version_of_the_project():
 def test_changelog_begins_with_the_present_version():
     changelog = (ROOT / "CHANGELOG.md").read_text("utf-8")
     releases = re.findall(r"^## \[([^]]+)\]", changelog, re.M)
+    releases = releases[releases[0] == "Unreleased" :]
     assert releases[0] == painleve_sym.__version__
     assert releases == sorted(releases, reverse=True)
 

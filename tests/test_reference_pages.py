@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import painleve_sym
+from painleve_sym.cli.commands import COMMANDS
 from painleve_sym.cli.grammar import parsers
-from painleve_sym.cli.texts import COMMANDS
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.laws.catalogue import LAWS
 from painleve_sym.laws.restitution import RESTITUTIONS

@@ -7,7 +7,7 @@ import shutil
 
 import pytest
 
-from painleve_sym.cli.texts import COMMANDS
+from painleve_sym.cli.commands import COMMANDS
 from tests.site_pages import ROOT, Page, matches
 
 DOCS = ROOT / "docs"

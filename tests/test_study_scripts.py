@@ -43,6 +43,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         ("new/growth.json", "new/growth.png", "new/growth.svg"),
         r"(?m)^energetic +0\.\d+ ",
     ),
+    "rigid_rod/landing.py": (
+        ("--quick", "--out", "{}/new"),
+        ("new/landing.json", "new/landing.png", "new/landing-maps.png"),
+        r"landing 2,1 0\.8230",
+    ),
     "rigid_rod/rigid_rod.py": (
         ("--quick", "--out", "{}/new"),
         ("new/rigid-rod.json", "new/thresholds.csv", "new/rigid-rod.png", "new/rigid-rod.svg"),

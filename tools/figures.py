@@ -64,6 +64,11 @@ SCRIPTS = (
     Script("bench_rod/bench_rod.py", "--draw --out {}", _beside("bench_rod", "bench-rod")),
     Script("elastic_bar/elastic_bar.py", "--draw --out {}", _beside("elastic_bar", "elastic-bar")),
     Script("rigid_rod/rigid_rod.py", "--draw --out {}", _beside("rigid_rod", "rigid-rod")),
+    Script(
+        "rigid_rod/landing.py",
+        "--draw --out {}",
+        (*_beside("rigid_rod", "landing"), *_beside("rigid_rod", "landing-maps")),
+    ),
     Script("singular_point/fates.py", "--draw --out {}", _beside("singular_point", "fates")),
     Script("reverse_chatter/growth.py", "--draw --out {}", _beside("reverse_chatter", "growth")),
     Script(

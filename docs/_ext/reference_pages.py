@@ -21,9 +21,9 @@ from typing import Any
 import painleve_sym
 from painleve_sym import choices
 from painleve_sym.cli import main
+from painleve_sym.cli.commands import COMMANDS
 from painleve_sym.cli.describe import laws_data, model_data
 from painleve_sym.cli.grammar import Parser, parsers
-from painleve_sym.cli.texts import COMMANDS
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import EventKind, StopReason
@@ -162,8 +162,8 @@ def laws() -> str:
 def commands() -> str:
     """Return one section per command: its use, its options and the rest of its help."""
     _, sub = parsers()
-    listed = table(("command", "purpose"), [(f"[`{n}`](#painleve-{n})", t)
-                                          for n, (_, t) in COMMANDS.items()])  # fmt: skip
+    listed = table(("command", "purpose"), [(f"[`{n}`](#painleve-{n})", c.summary)
+                                          for n, c in COMMANDS.items()])  # fmt: skip
     return "\n".join([listed, *(_command(name, sub[name]) for name in COMMANDS)])
 
 

@@ -1,8 +1,8 @@
 """Which restitution, friction and stiffness do noisy measurements of impacts give back?
 
-Two synthetic experiments with known answers (E = 20.9e10 Pa, mu = 1.4, e = 0.75): forty tangential
+Two synthetic experiments with known answers (E = 209e9 Pa, mu = 1.4, e = 0.75): forty tangential
 impacts of the rod, of which the velocities after separation are measured with 2 mm/s and 4 mrad/s
-of noise; and the force of one oblique impact, sampled every 40 microseconds with 5 N of noise.
+of noise; and the force of one oblique impact, sampled every 20 microseconds with 5 N of noise.
 `python examples/studies/fit_noisy_impacts.py DIR` writes the data files; without DIR they are read
 from examples/studies/fit/ and the parameters are estimated. SI units.
 """
@@ -14,7 +14,7 @@ import numpy as np
 
 import painleve_sym as ps
 
-TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}
+TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 209e9}
 GUESS = {"e_energetic": 0.5, "mu": 1.35, "E": 5e10}
 SIGMAS = {"y_A_dot": 2e-3, "theta_dot": 4e-3, "normal_force": 5.0}
 FALL = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0, "y_A_dot": -0.02}
@@ -36,7 +36,7 @@ def write(folder):
         rows.append(",".join([*map(str, start.values()), *(f"{v:.5f}" for v in after)]))
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "impacts.csv").write_text("\n".join(rows) + "\n", "utf-8")
-    times = np.arange(0, 101) * 4e-5
+    times = np.arange(0, 101) * 2e-5
     run = simulator.run(FALL, parameters=TRUTH, t_end=1.0001 * times[-1])
     force = run.values("normal_force", times) + SIGMAS["normal_force"] * rng.standard_normal(101)
     lines = [f"{t:.5e},{f:.2f}" for t, f in zip(times, force, strict=True)]

@@ -18,7 +18,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.simultaneous import SimultaneousImpact, solve_simultaneous_impact
+from painleve_sym.contacts.impact.simultaneous import SimultaneousImpact
+from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.present.style import (
     DASHES,
     PAGE,

@@ -8,7 +8,7 @@ import casadi as ca
 
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.contact_numbers import contact_numbers, couplings
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.problem import ROUNDING, ContactCase
 from painleve_sym.engines.source import engine_texts
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -38,25 +38,12 @@ def contact_values(mechanism: Mechanism) -> dict[str, Any]:
 
 def _function(mechanism: Mechanism) -> ca.Function:
     """Return W row by row, b, and slip velocity, A′ and B′ of each contact as one function."""
-    n = len(mechanism.contacts)
-    numbers = [contact_numbers(mechanism, i) for i in range(n)]
-    x = ca.SX.sym("x", len(numbers[0].arguments))
-    rows = []
-    at = ContactRows(n)
-    W = ca.SX.zeros(at.size, at.size)
-    for i, own in enumerate(numbers):
-        values = dict(zip(own.names, ca.vertsplit(own.function(x)), strict=True))
-        rows.append(values)
-        n_row, t_row = at.normal(i), at.tangent(i)
-        W[n_row, n_row], W[t_row, t_row] = values["W_nn"], values["W_tt"]
-        W[n_row, t_row] = W[t_row, n_row] = values["W_nt"]
-    if n > 1:
-        between = couplings(mechanism)
-        entries = ca.vertsplit(between.function(x))
-        for name, entry in zip(between.names, entries, strict=True):
-            row, column = map(int, name.split("_")[1:])
-            W[row, column] = W[column, row] = entry
-    b = [row[name] for row in rows for name in ("b_n", "b_t")]
-    each = [row[name] for row in rows for name in _EACH]
-    # CasADi stores by columns; W is symmetric.
-    return ca.Function("contact_formulas", [x], [ca.densify(ca.vertcat(ca.vec(W), *b, *each))])
+    numbers = Delassus.of(mechanism).contact_quantities
+    x, n = ca.SX.sym("x", len(numbers.arguments)), len(mechanism.contacts)
+    values = dict(zip(numbers.names, ca.vertsplit(numbers.function(x)), strict=True))
+    rows = range(ContactRows(n).size)
+    names = [f"W_{r}_{c}" for r in rows for c in rows] + [f"b_{r}" for r in rows]
+    names += [f"{name}_{i}" for i in range(n) for name in _EACH]
+    return ca.Function(
+        "contact_formulas", [x], [ca.densify(ca.vertcat(*(values[name] for name in names)))]
+    )

@@ -14,13 +14,12 @@ from painleve_sym.c_export.files import Case, clashing_name, files
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.codegen.named_mechanisms import MechanismLike
-from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
+from painleve_sym.engines.protocol import DEFAULT_RTOL, MAX_EVENTS, MAX_STEPS
 from painleve_sym.errors import InputError
 from painleve_sym.escape import c_name
 from painleve_sym.files import beside, file_path
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.motion.simulate import simulator_of
-from painleve_sym.motion.simulator import DEFAULT_RTOL
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
 

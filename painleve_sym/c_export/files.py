@@ -15,14 +15,15 @@ from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.engines.protocol import ENGINE_REASONS, RunOptions
+from painleve_sym.engines.protocol import DEFAULT_RTOL, ENGINE_REASONS, RunOptions
 from painleve_sym.engines.source import source
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.engines.taylor.source import source as taylor_source
 from painleve_sym.escape import c_comment, c_name, c_string, markdown_text, one_line
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.refusals import initial_force_fault
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
 _LIBRARY_ONLY = ("-fPIC", "-shared", "-fvisibility=hidden")
@@ -176,7 +177,7 @@ def _example(case: Case) -> str:
 def _header(case: MotionCode) -> str:
     outline, mechanism = case.outline, case.simulator.mechanism
     memory, extra = outline.memory_names, list(case.states)[case.motion_count :]
-    loads = not case.simulator.initial_force_fault()
+    loads = not initial_force_fault(case.simulator)
     counts: dict[str, Sized] = {
         "states": outline.state_names,
         "parameters": outline.parameter_names,
@@ -365,7 +366,7 @@ def _model(case: MotionCode) -> str:
     outline, modes = case.outline, [m.name for m in case.outline.modes]
     values = {
         "engine": case.engine,
-        "press": "" if case.simulator.initial_force_fault() else _PRESSING.format(name=case.name),
+        "press": "" if initial_force_fault(case.simulator) else _PRESSING.format(name=case.name),
         "max_steps": RunOptions.max_steps,
         "max_events": RunOptions.max_events,
         "start_events": int(case.simulator.start_events),

@@ -5,7 +5,15 @@ from __future__ import annotations
 import argparse
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.cli.output import (
+    notices_data,
+    number,
+    print_json,
+    quantity,
+    show,
+    show_notices,
+    show_table,
+)
 from painleve_sym.cli.run import show_case
 from painleve_sym.contacts.classify import Classification, solution_name
 from painleve_sym.contacts.problem import ContactCase
@@ -16,14 +24,11 @@ def classify(arguments: argparse.Namespace) -> int:
     scenario = read_case(arguments)
     classification = scenario.classify()
     if arguments.json:
-        notice = scenario.friction_notice
-        print_json(classification.to_dict() | ({"notices": [notice]} if notice else {}))
+        print_json(classification.to_dict() | notices_data(scenario.contact_notices))
         return 0
     show_case(scenario.mechanism(), scenario, classification.parameters)
     show_classification(classification)
-    if scenario.friction_notice:
-        show()
-        show(scenario.friction_notice)
+    show_notices(scenario.contact_notices)
     return 0
 
 

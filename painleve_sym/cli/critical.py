@@ -18,10 +18,12 @@ from painleve_sym.cli.options import (
 from painleve_sym.cli.output import (
     assignments,
     deliver_map,
+    notices_data,
     number,
     print_json,
     quantity,
     show,
+    show_notices,
     show_table,
 )
 from painleve_sym.cli.run import show_start
@@ -60,10 +62,12 @@ def critical(arguments: argparse.Namespace) -> int:
     forces = {border: finder.find(state, given, border=border) for border in Border}
     names = arguments.gradient or ()
     gradient = critical_force_gradient(finder, state, names, parameters=given) if names else {}
+    notices = finder.simulator.mechanism.outline.truncation_notices
     if arguments.json:
-        print_json(_data(scenario, finder, forces, gradient))
+        print_json(_data(scenario, finder, forces, gradient) | notices_data(notices))
     else:
         _show(scenario, finder, forces, gradient)
+        show_notices(notices)
     return 0
 
 
@@ -201,7 +205,8 @@ def _map(
         _show_map(outcomes)
 
     shown = None if arguments.json else show_text
-    deliver_map(outcomes, files, "outcome_figure", look, shown)
+    notices = scenario.mechanism().outline.truncation_notices
+    deliver_map(outcomes, files, "outcome_figure", look, shown, notices)
     return 0
 
 

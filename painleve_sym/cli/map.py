@@ -78,7 +78,8 @@ def map(arguments: argparse.Namespace) -> int:
         options["parameters"] = case.from_material(over).parameters
     regions = region_map(mechanism, over, **options)
     show_text = None if arguments.json else lambda: _show(regions, mechanism)
-    deliver_map(regions, files, "map_figure", look, show_text)
+    notices = mechanism.outline.truncation_notices
+    deliver_map(regions, files, "map_figure", look, show_text, notices)
     return 0
 
 

@@ -62,7 +62,7 @@ def read_number(where: str, text: str, unit: str = "") -> float:
     try:
         value = float(text)
     except ValueError:
-        example = f"0.5 or 20.9e14, or with a unit of the kind of {unit}" if unit else "0.5 or 1e-9"
+        example = f"0.5 or 209e9, or with a unit of the kind of {unit}" if unit else "0.5 or 1e-9"
         raise InputError(f"{where}: got {text!r}, need a number, such as {example}.") from None
     if not math.isfinite(value):
         raise InputError(f"{where}: got {text!r}, need a finite number.")
@@ -144,25 +144,6 @@ def read_range(
     if not (colon and low and high):
         raise InputError(f"{where}: got {text!r}, need FROM:TO, such as {example}.")
     return read_number(where, low, unit), read_number(where, high, unit)
-
-
-def _with_unit(read: Callable[..., Any], unit: str) -> Callable[[str, str], Any]:
-    return lambda where, text: read(where, text, unit)
-
-
-READERS: Mapping[str, Callable[[str, str], Any]] = {
-    **dict.fromkeys(("--duration", "--t-end"), _with_unit(read_number, "s")),
-    "--initial-force": _with_unit(read_number, "N"),
-    **dict.fromkeys(("--level", "--restitution", "--rtol"), read_number),
-    **dict.fromkeys(("--max-evaluations", "--max-events", "--max-steps"), read_count),
-    **dict.fromkeys(("--points", "--samples", "--threads"), read_count),
-    **dict.fromkeys(("--estimate", "--gradient", "--solvers", "--until"), read_names),
-    "--steps": _with_unit(read_positive, "s"),
-    "--stiffness": _with_unit(read_positive, "Pa"),
-    "--forces": _with_unit(read_range, "N"),
-    "--slip": read_sign,
-}
-"""What reads the text of an option, in every command that has it; the texts of others are kept."""
 
 
 def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:

@@ -48,16 +48,29 @@ def draw(figure: str, path: Path, look: Mapping[str, Any], *subject: Any) -> Non
     write_figure(getattr(module, figure)(*subject, width=chosen.width), path, chosen)
 
 
+def notices_data(notices: Sequence[str]) -> dict[str, list[str]]:
+    """Return the key of notices in JSON; nothing where there is none."""
+    return {"notices": list(notices)} if notices else {}
+
+
+def show_notices(notices: Sequence[str]) -> None:
+    """Print notices, each as a paragraph."""
+    for notice in notices:
+        show()
+        show(notice)
+
+
 def deliver_map(
     computed: RegionMap | OutcomeMap,
     files: Sequence[Path],
     figure: str,
     look: Mapping[str, Any],
     show_text: Callable[[], None] | None,
+    notices: Sequence[str],
 ) -> None:
     """Write a map as JSON, as arrays (``.npz``) or as a figure (see `draw`), and print it.
 
-    Without `show_text` its summary is printed as JSON.
+    Without `show_text` its summary is printed as JSON, with the notices in either case.
     """
     for path in files:
         suffix = path.suffix.lower()
@@ -69,9 +82,11 @@ def deliver_map(
         else:
             draw(figure, path, look, computed)
     if show_text is None:
-        print_json(computed.summary() | ({"files": list(map(str, files))} if files else {}))
+        written = {"files": list(map(str, files))} if files else {}
+        print_json(computed.summary() | notices_data(notices) | written)
         return
     show_text()
+    show_notices(notices)
     for path in files:
         show(f"written: {path}")
 

@@ -7,8 +7,8 @@ import difflib
 import importlib
 from collections.abc import Callable, Sequence
 
+from painleve_sym.cli.commands import COMMANDS
 from painleve_sym.cli.grammar import parsers
-from painleve_sym.cli.texts import COMMANDS
 from painleve_sym.errors import InputError, unknown_name
 
 
@@ -93,7 +93,7 @@ def _is_negative_number(word: str) -> bool:
 
 def run_command(arguments: argparse.Namespace) -> int:
     """Import the module of the command, run it and return its exit code."""
-    home = COMMANDS[arguments.command][0]
+    home = COMMANDS[arguments.command].module
     module = importlib.import_module(f"painleve_sym.cli.{home}")
     command: Callable[[argparse.Namespace], int] = getattr(module, arguments.command)
     return command(arguments)

@@ -18,6 +18,7 @@ from painleve_sym.cli.output import (
     print_json,
     quantity,
     show,
+    show_notices,
     show_table,
 )
 from painleve_sym.contacts.impact.jump import JumpResult
@@ -25,8 +26,9 @@ from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import LimitKind
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -81,11 +83,13 @@ def jump(arguments: argparse.Namespace) -> int:
             "jump: --initial-force and --configuration need a compliant contact. "
             "Fix: name its law, such as --law bilinear-hertz."
         )
+    truncated = scenario.mechanism().outline.truncation_notices
     if arguments.json:
         data = jump_data(impact)
         if corrected is not None:
             data["corrected"] = corrected_data(corrected)
             data["notices"] += _rigidity(scenario, corrected)
+        data["notices"] += truncated
         print_json(data)
         return 0
     show_case(scenario.mechanism(), scenario)
@@ -94,6 +98,7 @@ def jump(arguments: argparse.Namespace) -> int:
         show_corrected(corrected, impact, scenario.mechanism().state_units)
         for notice in _rigidity(scenario, corrected):
             show(notice)
+    show_notices(truncated)
     return 0
 
 

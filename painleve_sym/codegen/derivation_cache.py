@@ -18,21 +18,27 @@ from typing import Any
 import painleve_sym
 from painleve_sym.codegen.cache import PREFIX, cache_folder, own_content, work_folder
 
-_DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "motion")
+MECHANISM = ("mechanics", "codegen")
+"""Folders that derive a mechanism."""
+FORMULAS = (*MECHANISM, "laws", "hybrid", "contacts")
+"""Folders that derive an automaton and other formulas of contacts."""
+ENGINE = (*FORMULAS, "engines")
+"""Folders that write the C of an engine."""
 _AT_ONCE = 1 << 20
 
 
-def entry_key(title: str, *objects: Any) -> str | None:
+def entry_key(title: str, *objects: Any, by: tuple[str, ...] = FORMULAS) -> str | None:
     """Return the name of an entry, or None where an object has no definition to go by.
 
     The title says what the entry holds, and all else that it depends on; the objects are what it is
-    derived from: texts, or what has a `definition` or a `definition_text`.
+    derived from: texts, or what has a `definition` or a `definition_text`. An entry is made again
+    where code changes in one of the folders of the package that it is derived `by`.
     """
     try:
         texts = [_definition(source) for source in objects]
     except TypeError:
         return None
-    return _hash("\n".join((_origin(), title, *texts)))[:40]
+    return _hash("\n".join((_versions(), *map(_code, by), title, *texts)))[:40]
 
 
 def _definition(source: Any) -> str:
@@ -45,10 +51,17 @@ def _definition(source: Any) -> str:
 
 
 @functools.lru_cache(maxsize=1)
-def _origin() -> str:
-    """Return what derives: versions, and the content of the package's own deriving modules."""
+def _versions() -> str:
+    """Return the versions of the packages that derive."""
+    marks = (_package_mark("sympy", "release.py"), _package_mark("casadi", "_casadi.so"))
+    return "\n".join((painleve_sym.__version__, *marks))
+
+
+@functools.lru_cache(maxsize=16)
+def _code(folder: str) -> str:
+    """Return a hash of the code in a folder of the package."""
     code = hashlib.sha256()
-    for path in _code_files():
+    for path in _code_files(folder):
         # Read with `os.read`, without the overhead of file objects: this runs at every start.
         file = os.open(path, os.O_RDONLY)
         try:
@@ -56,8 +69,7 @@ def _origin() -> str:
                 code.update(content)
         finally:
             os.close(file)
-    marks = (_package_mark("sympy", "release.py"), _package_mark("casadi", "_casadi.so"))
-    return "\n".join((painleve_sym.__version__, *marks, code.hexdigest()))
+    return code.hexdigest()
 
 
 def _package_mark(name: str, file: str) -> str:
@@ -76,9 +88,8 @@ def _package_mark(name: str, file: str) -> str:
     return name
 
 
-def _code_files() -> list[str]:
-    root = os.path.dirname(painleve_sym.__file__)
-    folders, files = [os.path.join(root, part) for part in _DERIVING], []
+def _code_files(folder: str) -> list[str]:
+    folders, files = [os.path.join(os.path.dirname(painleve_sym.__file__), folder)], []
     while folders:
         with os.scandir(folders.pop()) as entries:
             for entry in entries:

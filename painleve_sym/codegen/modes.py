@@ -21,6 +21,24 @@ from painleve_sym.hybrid.automaton import (
     Reset,
     Transition,
 )
+from painleve_sym.hybrid.variants import SHORTER, Terms, variants
+
+
+@dataclass(frozen=True)
+class VariantFunctions:
+    """Field, guards and jets of a mode while some of its memory has certain values.
+
+    Those of `ModeFunctions`, without the guards that say nothing there: the others belong to the
+    `transitions` of the mode with the index `mode`. `place` is that of its `Variant`; None for a
+    mode as it is.
+    """
+
+    mode: int
+    place: int | None
+    transitions: tuple[int, ...]
+    field: ca.Function
+    guards: ca.Function
+    jets: ca.Function
 
 
 @dataclass(frozen=True)
@@ -71,9 +89,11 @@ class AutomatonFunctions:
         table = {s: self.x[i] for i, s in enumerate(automaton.states)}
         table |= {s: self.z[i] for i, s in enumerate(automaton.memory)}
         table |= {s: self.c[i] for i, s in enumerate(constants)}
-        self._translate = self._translator(table)
+        self._table = self._with_terms(table, automaton.terms)
+        self._translate = Translator(self._table)
         # Outputs are never differentiated: a contact that has just opened carries exactly 0 N.
-        self._translate_value = self._translator(table, floor=0.0)
+        values = self._with_terms(table, automaton.terms, floor=0.0)
+        self._translate_value = Translator(values, floor=0.0)
         self.mode_index = {m.name: i for i, m in enumerate(automaton.modes)}
 
     @property
@@ -90,29 +110,19 @@ class AutomatonFunctions:
         """Return the derivatives of a column of expressions, shape (values, directions)."""
         return ca.SX(values.numel(), 0)
 
-    def _translator(self, symbols: Mapping[Any, ca.SX], **options: float) -> Translator:
-        """Return a translator that knows the symbols and the automaton's terms."""
+    @staticmethod
+    def _with_terms(
+        symbols: Mapping[Any, ca.SX], terms: Terms, **options: float
+    ) -> dict[Any, ca.SX]:
+        """Return the symbols with those of the terms."""
         table = dict(symbols)
-        for term in self.automaton.terms:
+        for term in terms:
             translate = Translator(table, **options)
             if isinstance(term, Definition):
                 table[term.symbol] = translate(term.expression)
                 continue
-            table |= self._solved(term, translate)
-        return Translator(table, **options)
-
-    @staticmethod
-    def _solved(term: LinearSystem, translate: Translator) -> dict[Any, ca.SX]:
-        matrix = [
-            [translate(entry) for entry in term.matrix.row(i)] for i in range(term.matrix.rows)
-        ]
-        right = [[translate(entry) for entry in term.right.row(i)] for i in range(term.right.rows)]
-        if term.ease is not None:
-            values = least_solution(matrix, right, [translate(e) for e in term.ease])
-            return dict(zip(term.unknowns, (v for row in values for v in row), strict=True))
-        scales = [translate(s) for s in term.scales]
-        solved, whole = solution(matrix, [r for (r,) in right], scales)
-        return dict(zip(term.unknowns, solved, strict=True)) | {term.determinant: whole}
+            table |= _solved(term, translate)
+        return table
 
     @cached_property
     def alternatives(self) -> ca.Function | None:
@@ -212,6 +222,29 @@ class AutomatonFunctions:
         """Functions of every mode, in the automaton's order."""
         return tuple(self._mode(i, m) for i, m in enumerate(self.automaton.modes))
 
+    @cached_property
+    def variants(self) -> tuple[VariantFunctions, ...]:
+        """Functions of the modes that move, for values of the memory that parts declare."""
+        kept: list[VariantFunctions] = []
+        moving = [(i, mode) for i, mode in enumerate(self.automaton.modes) if mode.field]
+        for at in variants(self.automaton):
+            translate = Translator(self._with_terms(self._table, at.terms))
+            for i, mode in moving:
+                rates = self._rates_of(at.field(mode), translate)
+                size = self._function("field", [rates]).n_instructions()
+                if size > SHORTER * self.modes[i].field.n_instructions():
+                    continue
+                guards, number = at.guards(mode), len(self.automaton.modes) + len(kept)
+                functions = self._smooth(number, rates, [translate(g) for g in guards.values()])
+                kept.append(VariantFunctions(i, at.place, tuple(guards), *functions))
+        return tuple(kept)
+
+    @property
+    def every_variant(self) -> tuple[VariantFunctions, ...]:
+        """The modes as they are, then `variants`."""
+        modes = enumerate(zip(self.automaton.modes, self.modes, strict=True))
+        return (*(_as_it_is(i, *pair) for i, pair in modes), *self.variants)
+
     @property
     def output_size(self) -> int:
         """Number of values that `outputs` returns."""
@@ -221,7 +254,9 @@ class AutomatonFunctions:
         """Every function, for code generation."""
         some = (self.alternatives, self.impacts, self.prepared, self.scales)
         more = [f for f in some if f is not None]
-        return (self.constants, self.starts, *more, *(f for m in self.modes for f in m.all()))
+        variants = (f for v in self.variants for f in (v.field, v.guards, v.jets))
+        modes = (f for m in self.modes for f in m.all())
+        return (self.constants, self.starts, *more, *modes, *variants)
 
     def _function(self, name: str, results: list[ca.SX]) -> ca.Function:
         return ca.Function(name, [self.x, self.z, self.c], _dense(results))
@@ -233,18 +268,20 @@ class AutomatonFunctions:
         return ca.vertcat(*translated)
 
     def _field(self, mode: Mode) -> ca.SX:
-        return ca.vertcat(*[self._translate(mode.field.get(s, 0)) for s in self.automaton.states])
+        return self._rates_of(mode.field, self._translate)
+
+    def _rates_of(self, field: Mapping[Any, Any], translate: Translator) -> ca.SX:
+        return ca.vertcat(*[translate(field.get(s, 0)) for s in self.automaton.states])
 
     def _mode(self, i: int, mode: Mode) -> ModeFunctions:
-        field = self._field(mode)
-        guards = self._translate.vector([t.guard for t in mode.transitions if t.guard is not None])
-        first = ca.jtimes(guards, self._x, field)
-        second = ca.jtimes(first, self._x, field)
+        rates = self._field(mode)
+        guards = [self._translate(t.guard) for t in mode.transitions if t.guard is not None]
         outputs = self._translate_value.vector(list(mode.outputs.values()))
+        field, slopes, jets = self._smooth(i, rates, guards)
         return ModeFunctions(
-            field=self._function(f"field_{i}", [field]),
-            guards=self._function(f"guards_{i}", [guards, first]),
-            jets=self._function(f"jets_{i}", [guards, first, second, field]),
+            field=field,
+            guards=slopes,
+            jets=jets,
             events=tuple(self._event(i, j, t) for j, t in enumerate(mode.transitions)),
             limits={
                 j: self._limit(i, j, t.on_accumulation.reset)
@@ -252,7 +289,20 @@ class AutomatonFunctions:
                 if t.on_accumulation is not None
             },
             outputs=self._function(f"outputs_{i}", [outputs]),
-            tests=self._tests(i, mode, field),
+            tests=self._tests(i, mode, rates),
+        )
+
+    def _smooth(
+        self, i: int, field: ca.SX, guards: list[ca.SX]
+    ) -> tuple[ca.Function, ca.Function, ca.Function]:
+        """Return the functions `field`, `guards` and `jets` of a motion."""
+        values = ca.vertcat(ca.SX(0, 1), *guards)
+        first = ca.jtimes(values, self._x, field)
+        second = ca.jtimes(first, self._x, field)
+        return (
+            self._function(f"field_{i}", [field]),
+            self._function(f"guards_{i}", [values, first]),
+            self._function(f"jets_{i}", [values, first, second, field]),
         )
 
     def _tests(self, i: int, mode: Mode, field: ca.SX) -> ca.Function | None:
@@ -281,6 +331,22 @@ class AutomatonFunctions:
         """Return the indices, in the target mode, of guards known to leave zero upwards."""
         labels = [t.label for t in self.automaton.mode(choice.target).transitions]
         return tuple(labels.index(name) for name in choice.departs)
+
+
+def _solved(term: LinearSystem, translate: Translator) -> dict[Any, ca.SX]:
+    matrix = [[translate(entry) for entry in term.matrix.row(i)] for i in range(term.matrix.rows)]
+    right = [[translate(entry) for entry in term.right.row(i)] for i in range(term.right.rows)]
+    if term.ease is not None:
+        values = least_solution(matrix, right, [translate(e) for e in term.ease])
+        return dict(zip(term.unknowns, (v for row in values for v in row), strict=True))
+    scales = [translate(s) for s in term.scales]
+    solved, whole = solution(matrix, [r for (r,) in right], scales)
+    return dict(zip(term.unknowns, solved, strict=True)) | {term.determinant: whole}
+
+
+def _as_it_is(i: int, mode: Mode, of: ModeFunctions) -> VariantFunctions:
+    guarded = tuple(j for j, t in enumerate(mode.transitions) if t.guard is not None)
+    return VariantFunctions(i, None, guarded, of.field, of.guards, of.jets)
 
 
 def _dense(results: list[ca.SX]) -> list[ca.SX]:

@@ -6,8 +6,14 @@ import functools
 from collections.abc import Callable
 from pathlib import Path
 
-from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import (
+    MECHANISM,
+    entry_key,
+    read_entry,
+    write_entry,
+)
 from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.files import of_plain, to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import COUNTS, MODELS
 from painleve_sym.mechanics.outline import MechanismOutline
@@ -82,13 +88,13 @@ def _maker(name: str) -> Callable[[], Mechanism]:
 @functools.lru_cache(maxsize=256)
 def _named(name: str) -> Mechanism:
     make = _maker(name)
-    key = entry_key(f"mechanism {name}")
+    key = entry_key(f"mechanism {name}", by=MECHANISM)
     entry = read_entry(key) if key else None
     if entry is not None:
-        outline = MechanismOutline.of_data(entry["outline"])
+        outline = of_plain(MechanismOutline, entry["outline"])
         return Mechanism.deferred(make, outline=outline, **{text: entry[text] for text in _TEXTS})
     mechanism = make()
     texts = {text: getattr(mechanism, text) for text in _TEXTS}
     if key:
-        write_entry(key, {"outline": mechanism.outline.to_data(), **texts})
+        write_entry(key, {"outline": to_plain(mechanism.outline), **texts})
     return mechanism

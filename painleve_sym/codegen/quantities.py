@@ -14,8 +14,8 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.array_function import ArrayFunction, Selection
 from painleve_sym.codegen.compile import compiler_mark, library_named
-from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
-from painleve_sym.errors import CompilerMissing
+from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key, read_entry, write_entry
+from painleve_sym.errors import CompilerMissing, ModelError
 from painleve_sym.time_limit import within_time
 
 if TYPE_CHECKING:
@@ -56,55 +56,67 @@ class Quantities:
         return dict(zip(self.names, self.of_vector(values), strict=True))
 
     def at(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the numbers at n points, each of shape (n,), the same bits as one by one.
+        """Return the numbers at n points by name, each of shape (n,); see `rows`."""
+        return dict(zip(self.names, self.rows(values), strict=True))
+
+    def rows(self, values: Mapping[str, Array]) -> Array:
+        """Return the numbers at n points, shape (names, n), the same bits as one by one.
 
         The values are arrays of shape (n,): every argument, and maybe others.
         """
         arrays = [np.ascontiguousarray(values[name], np.float64) for name in self.arguments]
         if self.compiled is not None:
-            numbers = self.compiled.at_points(arrays, len(arrays[0]))
-        else:
-            from painleve_sym.codegen.evaluate import at_points
+            return self.compiled.at_points(arrays, len(arrays[0]))
+        from painleve_sym.codegen.evaluate import at_points
 
-            numbers = at_points(self.function, np.array(arrays).T.copy()).T
-        return dict(zip(self.names, numbers, strict=True))
+        return at_points(self.function, np.array(arrays).T.copy()).T
 
 
 def quantities(
     title: str,
     of: Any,
     arguments: Sequence[str],
-    derive: Callable[[], tuple[Mapping[str, Any], Sequence[Any]]],
+    derive: Callable[[], tuple[Mapping[str, Any], Sequence[Any]] | tuple[list[str], ca.Function]],
 ) -> Quantities:
     """Return formulas ready to be evaluated; `derive` is called only where the cache lacks them.
 
     The title distinguishes these formulas from others of the same object `of`, from which they are
     derived (`definition_text`). `arguments` are the names of every symbol that occurs, and `derive`
-    returns the formulas by name, and the symbols of the arguments.
+    returns the formulas by name, and the symbols of the arguments; or names, and the function of
+    one vector that has these numbers.
     """
     mark = _mark(*map(os.environ.get, ("CC", "PATH", "PAINLEVE_OPTIMIZE")))
-    key = (_text_key if isinstance(of, str) else _key)(title, mark, of)
+    key = (_text_key if isinstance(of, str) else _key)(title, mark, of, derive.__module__)
     stored = _stored(key, tuple(arguments)) if key else None
     if stored is not None:
         return stored
     from painleve_sym.codegen.evaluate import expression_function
 
-    def derived() -> tuple[Mapping[str, Any], Sequence[Any], ca.Function]:
-        formulas, symbols = derive()
+    def derived() -> tuple[tuple[str, ...], ca.Function, list[int | float] | None]:
+        given: Any
+        formulas, given = derive()
+        if not isinstance(formulas, Mapping):
+            sizes = given.numel_in(0), given.numel_out(0)
+            if sizes != (len(arguments), len(formulas)):
+                need = f"need {len(arguments)} arguments and {len(formulas)} numbers"
+                raise ModelError(
+                    title, [f"got a function of {sizes[0]} arguments to {sizes[1]} numbers, {need}"]
+                )
+            return tuple(formulas), given, None
         values = tuple(formulas.values())
-        return formulas, symbols, expression_function("quantities", values, symbols)
+        function = expression_function("quantities", values, given)
+        return tuple(formulas), function, _selected(values, given)
 
-    formulas, symbols, function = within_time(title, derived)
+    names, function, selected = within_time(title, derived)
     written = function.serialize()
-    selected = _selected(tuple(formulas.values()), symbols)
     compiled = _compiled(function) if mark and selected is None else None
     if key:
         library = compiled.library.name if compiled else ""
-        entry = {"names": list(formulas), "text": written, "library": library}
+        entry = {"names": list(names), "text": written, "library": library}
         write_entry(key, entry | {"selected": selected})
         _stored.cache_clear()
     evaluated = compiled if selected is None else Selection(selected)
-    return Quantities(tuple(formulas), tuple(arguments), written, evaluated)
+    return Quantities(names, tuple(arguments), written, evaluated)
 
 
 def _selected(formulas: Sequence[Any], symbols: Sequence[Any]) -> list[int | float] | None:
@@ -132,8 +144,12 @@ def _mark(*_variables: str | None) -> str | None:
     return compiler_mark()
 
 
-def _key(title: str, mark: str | None, of: Any) -> str | None:
-    return entry_key(f"quantities\n{title}\n{mark}", of)
+def _key(title: str, mark: str | None, of: Any, module: str) -> str | None:
+    """Return the key of formulas that a function of this module derives."""
+    package, _, path = module.partition(".")
+    folder = path.partition(".")[0]
+    own = (folder,) if package == "painleve_sym" and folder not in FORMULAS else ()
+    return entry_key(f"quantities\n{title}\n{mark}", of, by=(*FORMULAS, *own))
 
 
 # Every run asks for the same few.

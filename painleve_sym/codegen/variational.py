@@ -88,10 +88,6 @@ class VariationalFunctions(AutomatonFunctions):
         self.z = ca.vertcat(self._z, remembered, self._T.T, last)
         self.c = ca.vertcat(self._c, derived)
 
-    @property
-    def impacts(self) -> None:
-        """None: a resolver answers the impacts of several contacts, from `impact_slopes`."""
-
     @cached_property
     def impact_slopes(self) -> ca.Function:
         """Values of `AutomatonFunctions.impacts`, then the derivatives of each.
@@ -111,6 +107,11 @@ class VariationalFunctions(AutomatonFunctions):
         works = [s for s in given.works if s is not None]
         every = dict.fromkeys([*given.velocities, *contact, *works])
         return [self.automaton.states.index(s) for s in every]
+
+    @property
+    def variants(self) -> tuple[()]:
+        """None: derivatives are those of the modes as they are."""
+        return ()
 
     @property
     def prepared(self) -> None:

@@ -9,11 +9,9 @@ from painleve_sym.complementarity.lcp import (
 from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, solve_lemke
 from painleve_sym.complementarity.matrix_class import is_copositive, is_p_matrix
 from painleve_sym.complementarity.mpcc import (
-    MPCCOptions,
     MPCCResult,
     MPCCStatus,
     MPCCSurvey,
-    RelaxationStep,
     solve_mpcc,
     solve_mpcc_all,
 )
@@ -24,11 +22,9 @@ __all__ = [
     "LCPSolution",
     "LemkeResult",
     "LemkeStatus",
-    "MPCCOptions",
     "MPCCResult",
     "MPCCStatus",
     "MPCCSurvey",
-    "RelaxationStep",
     "Uniqueness",
     "is_copositive",
     "is_p_matrix",

@@ -13,7 +13,6 @@ Scholtes (2001); Wächter & Biegler (2006).
 from __future__ import annotations
 
 import enum
-import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -25,6 +24,11 @@ from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, equilibrat
 from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.errors import InputError
 
+# Bounds on z_i w_i of the scaled problem. Each step's product is within reach of the last point;
+# 1e-9 is IPOPT's own accuracy.
+RELAXATIONS = (1.0, 1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9)
+MAX_ITERATIONS = 200  # of IPOPT, for each relaxation
+RANDOM_STARTS = 4  # added to the corners z_i in {0, large}, always the same ones
 _CORNER_LIMIT = 4  # 2**4 corner starts; for more pairs random corners take their place
 _NEAR = 1e-6  # solutions with a smaller relative distance are one; IPOPT leaves some 1e-8
 
@@ -40,13 +44,11 @@ class MPCCStatus(enum.Enum):
     )
     NOT_CONVERGED = (
         "not_converged",
-        "IPOPT gave up (see the last entry of history); raise max_iterations, relax in smaller "
-        "steps, start elsewhere, or ask solve_all",
+        "IPOPT gave up; start elsewhere, or ask solve_all",
     )
     NOT_VERIFIED = (
         "not_verified",
-        "IPOPT reports success, but the point fails the residual check; relax further or ask "
-        "solve_all",
+        "IPOPT reports success, but the point fails the residual check; ask solve_all",
     )
 
     def __init__(self, label: str, advice: str) -> None:
@@ -54,68 +56,13 @@ class MPCCStatus(enum.Enum):
         self.advice = advice
 
 
-@dataclass(frozen=True)
-class MPCCOptions:
-    """Set the relaxation.
-
-    `relaxations` are the bounds tau > 0 on ``z_i w_i``, decreasing; on the scaled problem, so of
-    order one. `tolerance` is the largest `residual` of a success, `max_iterations` that of IPOPT
-    for each tau. Random starts are added to the corners ``z_i in {0, large}`` of problems with few
-    pairs; one seed always gives the same ones.
-
-    Raises
-    ------
-    InputError
-        For bounds that are not positive and decreasing, or counts out of range; all at once.
-    """
-
-    # Each step's product is within reach of the last point; 1e-9 is IPOPT's own accuracy.
-    relaxations: tuple[float, ...] = (1.0, 1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9)
-    tolerance: float = RESIDUAL_TOLERANCE
-    max_iterations: int = 200
-    random_starts: int = 4
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        """Check every option."""
-        faults: list[str] = []
-        taus = self.relaxations
-        falling = all(later < earlier for earlier, later in itertools.pairwise(taus))
-        if not taus or not falling or not taus[-1] > 0:
-            faults.append(
-                f"relaxations: got {taus}, need positive decreasing values. Fix: end near 1e-9."
-            )
-        if not self.tolerance > 0:
-            faults.append(f"tolerance: got {self.tolerance}, need > 0. Fix: use 1e-10.")
-        if self.max_iterations < 1:
-            faults.append(f"max_iterations: got {self.max_iterations}, need >= 1. Fix: use 200.")
-        if self.random_starts < 0:
-            faults.append(f"random_starts: got {self.random_starts}, need >= 0. Fix: use 4.")
-        if faults:
-            raise InputError("MPCCOptions cannot be used, " + " Also, ".join(faults))
-
-
-@dataclass(frozen=True)
-class RelaxationStep:
-    """Record one solve: the bound tau, IPOPT's return word and iterations, the residual after it.
-
-    The bound is that on the products ``z_i w_i`` of the scaled problem; the word is one such as
-    ``Solve_Succeeded`` or ``Infeasible_Problem_Detected``.
-    """
-
-    tau: float
-    ipopt_status: str
-    iterations: int
-    residual: float
-
-
 @dataclass(frozen=True, eq=False)
 class MPCCResult:
-    """Report the run from one start: SOLVED only with ``residual <= tolerance``.
+    """Report the run from one start: SOLVED only where the residual passes the check.
 
     `z` is the last point, a solution only then, and ``w = M z + q``. Iterations are IPOPT's over
-    all relaxations of this start, of which `history` has each. `polished` tells whether z was
-    recomputed from IPOPT's active pairs (a linear solve) to pass the check.
+    all relaxations of this start. `polished` says whether z was recomputed from IPOPT's active
+    pairs (a linear solve) to pass the check.
     """
 
     status: MPCCStatus
@@ -123,7 +70,6 @@ class MPCCResult:
     w: FloatArray
     residual: float
     iterations: int
-    history: tuple[RelaxationStep, ...]
     polished: bool
 
 
@@ -144,7 +90,6 @@ class MPCCSurvey:
 def solve_mpcc(
     problem: LCP,
     start: npt.ArrayLike | None = None,
-    options: MPCCOptions | None = None,
 ) -> MPCCResult:
     """Find one solution by relaxing ``z_i w_i = 0`` to ``z_i w_i <= tau`` with tau -> 0.
 
@@ -163,9 +108,8 @@ def solve_mpcc(
     InputError
         For a start of another length or with infinite entries. Fix: give n finite numbers.
     """
-    options = options or MPCCOptions()
-    program = _RelaxedProgram(problem, options)
-    starts = program.starts() if start is None else [program.checked_start(start)]
+    program = _RelaxedProgram(problem)
+    starts = program.starts(RANDOM_STARTS) if start is None else [program.checked_start(start)]
     best: MPCCResult | None = None
     for point in starts:
         result = program.run(point)
@@ -180,14 +124,14 @@ def solve_mpcc(
 def solve_mpcc_all(
     problem: LCP,
     starts: Iterable[npt.ArrayLike] | None = None,
-    options: MPCCOptions | None = None,
     compared: int | None = None,
+    random_starts: int = RANDOM_STARTS,
 ) -> MPCCSurvey:
     """Run `solve_mpcc` from many starts and keep the distinct solutions.
 
     A survey without solutions does not prove that there is none, and solutions may be missing:
-    `painleve_sym.complementarity.lcp.solve_all` decides both. The starts are by default the corners
-    and random starts of `MPCCOptions`.
+    `painleve_sym.complementarity.lcp.solve_all` decides both. The starts are by default corners
+    and as many random starts.
 
     Solutions are distinct if their first `compared` entries are, or all. The forces of one contact
     at rest are the first two: how a_t divides into two parts does not count.
@@ -197,9 +141,10 @@ def solve_mpcc_all(
     InputError
         As `solve_mpcc`.
     """
-    options = options or MPCCOptions()
-    program = _RelaxedProgram(problem, options)
-    points = list(program.starts() if starts is None else map(program.checked_start, starts))
+    program = _RelaxedProgram(problem)
+    points = list(
+        program.starts(random_starts) if starts is None else map(program.checked_start, starts)
+    )
     if not points:
         raise InputError(
             "solve_mpcc_all has nowhere to begin, starts: got none, need at least one. "
@@ -223,9 +168,8 @@ def _near(a: FloatArray, b: FloatArray) -> bool:
 class _RelaxedProgram:
     """The relaxed program of one problem, built once and run from many starts."""
 
-    def __init__(self, lcp: LCP, options: MPCCOptions) -> None:
+    def __init__(self, lcp: LCP) -> None:
         self.lcp = lcp
-        self.options = options
         self.scaled, self.unit = equilibrate(lcp)
         import casadi as ca
 
@@ -241,9 +185,9 @@ class _RelaxedProgram:
                 "error_on_fail": False,
                 "ipopt.print_level": 0,
                 "ipopt.sb": "yes",
-                "ipopt.max_iter": options.max_iterations,
+                "ipopt.max_iter": MAX_ITERATIONS,
                 # Below the smallest tau, or the product bound would not be felt.
-                "ipopt.tol": min(1e-10, options.relaxations[-1] / 10),
+                "ipopt.tol": min(1e-10, RELAXATIONS[-1] / 10),
             },
         )
 
@@ -257,9 +201,9 @@ class _RelaxedProgram:
             )
         return point / self.unit
 
-    def starts(self) -> Iterator[FloatArray]:
+    def starts(self, random_starts: int) -> Iterator[FloatArray]:
         """Yield the starts: corners near and far, then random ones over several magnitudes."""
-        n, random = self.lcp.size, np.random.default_rng(self.options.seed)
+        n, random = self.lcp.size, np.random.default_rng(0)
         far = 2.0  # past the solutions of well-scaled problems, which lie near 1
         if n <= _CORNER_LIMIT:
             for corner in np.ndindex((2,) * n):
@@ -269,40 +213,42 @@ class _RelaxedProgram:
             yield np.full(n, far)
             for _ in range(2**_CORNER_LIMIT - 2):
                 yield far * random.integers(0, 2, n).astype(np.float64)
-        for _ in range(self.options.random_starts):
+        for _ in range(random_starts):
             yield np.exp(random.uniform(-2.0, 4.0, n))
 
     def run(self, start: FloatArray) -> MPCCResult:
         """Relax from one start and check the result."""
-        z, history = start, list[RelaxationStep]()
+        z, word, iterations = start, "", 0
         n = self.lcp.size
         upper = np.full(2 * n, np.inf)
-        for tau in self.options.relaxations:
+        for tau in RELAXATIONS:
             upper[n:] = tau
             lower = np.append(np.zeros(n), np.full(n, -np.inf))
             answer = self.solver(x0=z, p=z, lbx=0.0, lbg=lower, ubg=upper)
             stats = self.solver.stats()
             z = np.asarray(answer["x"], dtype=float).ravel()
             word = str(stats["return_status"])
-            measured = residual(self.lcp, self.unit * z)
-            history.append(RelaxationStep(tau, word, int(stats["iter_count"]), measured))
+            iterations += int(stats["iter_count"])
             if not stats["success"]:
                 break
-        return self._checked(z, tuple(history))
+        return self._checked(z, word, iterations)
 
-    def _checked(self, z: FloatArray, history: tuple[RelaxationStep, ...]) -> MPCCResult:
-        """Return the better of the last point and its polished form, with an honest status."""
+    def _checked(self, z: FloatArray, word: str, iterations: int) -> MPCCResult:
+        """Return the better of the last point and its polished form, with an honest status.
+
+        The word is that with which IPOPT ended.
+        """
         polished = self._polished(z)
         points = [self.unit * np.maximum(z, 0.0)]
         if polished is not None:
             points.append(self.unit * polished)
         errors = [residual(self.lcp, point) for point in points]
         best = int(np.argmin(errors))
-        if errors[best] <= self.options.tolerance:
+        if errors[best] <= RESIDUAL_TOLERANCE:
             status = MPCCStatus.SOLVED
-        elif history[-1].ipopt_status == "Infeasible_Problem_Detected":
+        elif word == "Infeasible_Problem_Detected":
             status = MPCCStatus.INFEASIBLE
-        elif history[-1].ipopt_status in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
+        elif word in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
             status = MPCCStatus.NOT_VERIFIED
         else:
             status = MPCCStatus.NOT_CONVERGED
@@ -311,8 +257,7 @@ class _RelaxedProgram:
             z=points[best],
             w=self.lcp.matrix @ points[best] + self.lcp.offset,
             residual=errors[best],
-            iterations=sum(step.iterations for step in history),
-            history=history,
+            iterations=iterations,
             polished=best == 1,
         )
 

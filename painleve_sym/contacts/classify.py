@@ -17,7 +17,7 @@ from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import Chatter, chatter
 from painleve_sym.contacts.closing import closing_hint
-from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
+from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.inputs import place_of, refuse_outside
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
@@ -232,7 +232,7 @@ def contact_problem(
     The slip velocity of an only contact that is held as a state of its own (``slip_velocity`` of an
     event) is taken from there.
     """
-    numbers = all_contact_numbers(mechanism, {**state, **parameters})
+    numbers = Delassus.of(mechanism).at({**state, **parameters})
     slip = numbers.slip_velocity
     if len(slip) == 1:
         slip = np.array([state.get("slip_velocity", slip[0])])
@@ -286,7 +286,7 @@ def classify(
 def classify_at(place: Place) -> Classification:
     """Return the contact problem of the closed contacts at a place; see `classify`."""
     mechanism = place.mechanism
-    numbers = all_contact_numbers(mechanism, place.values)
+    numbers = Delassus.of(mechanism).at(place.values)
     refuse_outside(place, numbers.margins)
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
     contacts = mechanism.outline.contacts

@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.checks import text_of
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.contact_numbers import (
+from painleve_sym.contacts.delassus import (
     CONTACT_TOLERANCE,
-    argument_names,
+    Delassus,
     argument_symbols,
-    contact_numbers,
     domain_margins,
 )
 from painleve_sym.errors import InputError, unknown_name
@@ -124,7 +123,7 @@ def closed_states(
     dict of str to ndarray
         Of the names in `close`, in the shape of all values; nan where no value closes the contact.
     """
-    names = argument_names(mechanism)
+    names = mechanism.outline.argument_names
     every = dict(zip(names, np.broadcast_arrays(*(values[n] for n in names)), strict=True))
     shape = every[names[0]].shape
     flat = {n: np.ascontiguousarray(a, np.float64).reshape(-1) for n, a in every.items()}
@@ -209,7 +208,7 @@ def gap_slopes(mechanism: Mechanism, i: int) -> Quantities:
         formulas |= {name: slope for name, slope in slopes.items() if slope != 0}
         return formulas, argument_symbols(mechanism)
 
-    return quantities(f"gap {i}", mechanism.definition, argument_names(mechanism), derive)
+    return quantities(f"gap {i}", mechanism.definition, mechanism.outline.argument_names, derive)
 
 
 def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
@@ -238,7 +237,7 @@ def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
                 formulas[f"sine_{q.name}"] = across - mean
         return formulas, argument_symbols(mechanism)
 
-    return quantities(f"roots {i}", mechanism.definition, argument_names(mechanism), derive)
+    return quantities(f"roots {i}", mechanism.definition, mechanism.outline.argument_names, derive)
 
 
 def _solved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]) -> Array:
@@ -280,7 +279,8 @@ def _closing_coordinates(
     mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]
 ) -> Array:
     """Return the nearest value of the coordinate with gap = 0; inside the domain where one is."""
-    at = contact_numbers(mechanism, unknown.contact).at(values)
+    numbers, i = Delassus.of(mechanism).at_each(values), unknown.contact
+    at = {"gap": numbers.gap[i], "gap_tolerance": numbers.gap_tolerance[i]}
     start, near = values[unknown.name], at["gap_tolerance"]
     roots = _closed_form_roots(mechanism, unknown, values)
     if roots is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -137,12 +138,13 @@ class CompliantInterface(Interface):
         states = {DELTA: -self.row.gap, DELTA_DOT: -self.row.gap_rate}
         return sp.sympify(expr).xreplace(states | self.law_memory)
 
-    def _in_branches(self, quantity: str) -> sp.Expr:
-        values = [
-            switched(self.flags[b.name], self.of_state(getattr(b, quantity)))
-            for b in self.law.branches
-        ]
-        return sp.Add(*values)
+    def in_branches(self, quantity: Callable[[Branch], sp.Expr]) -> sp.Expr:
+        """Return a quantity in its branch, 0 in flight; branches that agree share it."""
+        flags: dict[sp.Expr, sp.Expr] = {}
+        for branch in self.law.branches:
+            value = self.of_state(quantity(branch))
+            flags[value] = flags.get(value, _ZERO) + self.flags[branch.name]
+        return sp.Add(*[switched(flag, value) for value, flag in flags.items()])
 
     @property
     def static_coefficient(self) -> sp.Expr:
@@ -166,7 +168,7 @@ class CompliantInterface(Interface):
     @cached_property
     def given_force(self) -> sp.Expr:
         """F_n of the branch it is in; 0 in flight; N."""
-        return self._in_branches("force")
+        return self.in_branches(lambda b: b.force)
 
     def resolved(self, normal_force: sp.Expr, total: sp.Expr) -> sp.Expr:
         """Return F_n, and what is just not rounding where all contacts have less; N."""
@@ -176,12 +178,12 @@ class CompliantInterface(Interface):
     @cached_property
     def stored_energy(self) -> sp.Expr:
         """Energy that the contact can still return; J."""
-        return self._in_branches("stored_energy")
+        return self.in_branches(lambda b: b.stored_energy)
 
     @cached_property
     def dissipated_power(self) -> sp.Expr:
         """Power lost in the law for good; W."""
-        return self._in_branches("dissipated_power")
+        return self.in_branches(lambda b: b.dissipated_power)
 
     # ---- entering a local mode ----
 
@@ -248,10 +250,25 @@ class CompliantInterface(Interface):
         if self.target == CONTACT:  # beside rigid contacts, which may hold it
             choices += self._rests(at_rest, self._rub(_ZERO, _ONE), {-1: 3, 1: 4})
         # Of a slip that begins only: compliant contacts open and close by their law.
-        leaving = self._leaving[:1]
-        return Part(
-            self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,), leaving
-        )
+        own = self.name, self.memory, self.local_modes
+        rest, leaving = (self.row.slip,), self._leaving[:1]
+        return Part(*own, tuple(choices), rest, leaving, self.variants)
+
+    @property
+    def variants(self) -> tuple[Memory, ...]:
+        """Flight, then slip and stick in branches of the same force."""
+        flight = {self.sign: _ZERO, self.sticks: _ZERO, **self._in(FLIGHT)}
+        groups: dict[sp.Expr, list[sp.Symbol]] = {}
+        for branch in self.law.branches:
+            groups.setdefault(branch.force, []).append(self.flags[branch.name])
+        none = dict.fromkeys(self.flags.values(), _ZERO)
+        rows = [flight]
+        for *others, last in groups.values():
+            # It is in one of them; in which stays open.
+            inside = {flag: value for flag, value in none.items() if flag not in others}
+            inside[last] = 1 - sp.Add(*others)
+            rows += [rubs | inside for rubs in super().variants]
+        return tuple(rows)
 
     def start(self, motion: ContactMotion) -> Memory:
         """Return the memory at the start: loading where the gap is negative, else open."""

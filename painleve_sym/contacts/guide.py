@@ -99,9 +99,8 @@ class GuideInterface(Interface):
         for i, side in enumerate((1, -1)):
             slips = {-1: 2 + i, 1: 4 + i}
             offered += self._rests(is_zero(slip), self._held(0, side), slips)
-        return Part(
-            self.name, self.memory, self.local_modes, tuple(offered), (slip,), self._leaving
-        )
+        own = self.name, self.memory, self.local_modes
+        return Part(*own, tuple(offered), (slip,), self._leaving, self.variants)
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the reversal of the normal force."""

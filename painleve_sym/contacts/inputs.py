@@ -9,7 +9,7 @@ from typing import Any
 
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
-from painleve_sym.contacts.contact_numbers import domain_margins
+from painleve_sym.contacts.delassus import domain_margins
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.units import Value

@@ -215,6 +215,14 @@ class Interface(ABC):
     def part(self) -> Part:
         """Its alternatives where a transition chooses."""
 
+    @property
+    def variants(self) -> tuple[Memory, ...]:
+        """Memory for which functions of their own are generated: slip, whose sign is open, stick.
+
+        See `Part`.
+        """
+        return {self.sticks: _ZERO}, {self.sticks: _ONE, self.sign: _ZERO}
+
     @abstractmethod
     def start(self, motion: ContactMotion) -> Memory:
         """Return its memory at the start of a motion."""

@@ -13,8 +13,6 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.outline import SIDES, ContactOutline
 
 if TYPE_CHECKING:
-    from painleve_sym.contacts.contact_states import ContactStates
-    from painleve_sym.hybrid.automaton import HybridAutomaton
     from painleve_sym.laws.catalogue import Law
 
 
@@ -76,7 +74,7 @@ class StateRow(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactModel:
-    """The contacts of a mechanism with their laws: which automaton is to be built.
+    """The contacts of a mechanism with their laws.
 
     There is one law for all contacts, or one for each in the mechanism's order.
 
@@ -189,33 +187,7 @@ class ContactModel:
         own = [getattr(law, "definition", "") for law in self.laws]
         return "\n".join((self.mechanism.definition, *laws, *own))
 
-    @cached_property
-    def builder(self) -> ContactStates:
-        """Object that derives the automaton."""
-        if self.several:
-            from painleve_sym.contacts.automaton import PluralContacts
-
-            return PluralContacts(self)
-        if self.own_laws[0].is_compliant:
-            from painleve_sym.contacts.compliant import CompliantContact
-            from painleve_sym.contacts.tangential_spring import TangentialSpringContact
-
-            yields = self.own_laws[0].friction.tangential_stiffness is not None
-            return TangentialSpringContact(self) if yields else CompliantContact(self)
-        if self.is_guide:
-            from painleve_sym.contacts.guide import BilateralContact
-
-            return BilateralContact(self)
-        from painleve_sym.contacts.rigid import RigidContact
-
-        return RigidContact(self)
-
     @property
     def title(self) -> str:
         """The mechanism with its laws."""
         return f"{self.mechanism.name} with {', '.join(law.name for law in self.laws)}"
-
-    @property
-    def automaton(self) -> HybridAutomaton:
-        """The automaton, derived when first asked for."""
-        return self.builder.automaton

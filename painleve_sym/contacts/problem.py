@@ -74,6 +74,7 @@ CONTACT_LIMIT = 6
 """Most contacts whose local modes are all tried: 4**6 regular systems take a tenth of a second."""
 
 ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
+_SIGN = 1e-12  # of the terms of an acceleration: what may be missing to its right sign
 _ROUND_OFF = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
 _NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
 _DISTINCT = 1e-8  # of the terms of every acceleration; nearer solutions are one, met in two modes
@@ -881,6 +882,7 @@ class _ScaledLaw:
             The local modes they were computed for; without it they follow from the forces.
         """
         best: _Checked | None = None
+        moved: tuple[Vector, Vector] = [], []
         for candidate in self._candidates(forces):
             modes = self._modes(candidate, choice)
             settled = self._settled(candidate, modes)
@@ -889,9 +891,30 @@ class _ScaledLaw:
             if best is None or measured < best.residual:
                 named = self._named(settled, modes, motion)
                 best = _Checked([force + 0.0 for force in settled], named, measured)  # no -0.0
+                moved = motion
             if measured <= ROUNDING:
                 break
-        return best if best is not None and best.residual <= RESIDUAL_TOLERANCE else None
+        if best is None or best.residual > RESIDUAL_TOLERANCE or self._opposes(best, *moved):
+            return None
+        return best
+
+    def _opposes(self, point: _Checked, a: Vector, terms: Vector) -> bool:
+        """Return whether an open contact approaches, or friction drives a slip, beyond rounding.
+
+        Where large forces cancel, what is small beside its terms is not yet rounding.
+        """
+        for (n, t), mode, s, held in zip(
+            self._pairs, point.modes, self.directions, self.bilateral, strict=True
+        ):
+            if point.forces[n] == 0 and not held:
+                wrong, size = -a[n], terms[n]
+            elif s or mode is ContactMode.STICK:
+                continue
+            else:
+                wrong, size = a[t] * _sign(point.forces[t]), terms[t]
+            if wrong > _SIGN * size:
+                return True
+        return False
 
     def _candidates(self, forces: Vector) -> Iterator[Vector]:
         """Yield the forces without what a solve may have left of zeros, and as they are.

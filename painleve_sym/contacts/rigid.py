@@ -121,7 +121,13 @@ class RigidInterface(Interface):
         still = sp.And(together, is_zero(row.slip))
         rests = Alternative(together, touches, open=True, rest_of=0)
         offered = (open_, *closed, rests, *self._rests(still, self._closed(0), {-1: 2, 1: 3}))
-        return Part(self.name, self.memory, self.local_modes, offered, (row.slip,), self._leaving)
+        own = self.name, self.memory, self.local_modes
+        return Part(*own, offered, (row.slip,), self._leaving, self.variants)
+
+    @property
+    def variants(self) -> tuple[Memory, ...]:
+        """Flight, slip and stick."""
+        return self._flight, *(rubs | {self.closed: _ONE} for rubs in super().variants)
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, touchdown and lift-off."""

@@ -21,7 +21,7 @@ from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.compliant import BranchChange, CompliantContact, CompliantInterface
 from painleve_sym.contacts.contact_states import FRICTION_WORK
-from painleve_sym.contacts.interfaces import FLIGHTS, ContactMotion, Memory, not_negative, switched
+from painleve_sym.contacts.interfaces import FLIGHTS, ContactMotion, Memory, not_negative
 from painleve_sym.contacts.model import CONTACTS, FLIGHT, MOTION, SLIPS
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
@@ -144,11 +144,7 @@ class SpringInterface(CompliantInterface):
 
     def _yields(self, motion: ContactMotion) -> sp.Expr:
         """Return μ Ḟ_n/k_t; m/s."""
-        rates = [
-            switched(self.flags[b.name], self.limit_rate(b, motion.normal_acceleration))
-            for b in self.law.branches
-        ]
-        return sp.Add(*rates)
+        return self.in_branches(lambda b: self.limit_rate(b, motion.normal_acceleration))
 
     def rates(self, motion: ContactMotion) -> dict[sp.Symbol, sp.Expr]:
         """Return ζ̇."""
@@ -167,7 +163,8 @@ class SpringInterface(CompliantInterface):
     def part(self) -> Part:
         """It keeps on, whatever the others choose."""
         keeps = (Alternative(not_negative(self.closed)),)
-        return Part(self.name, self.memory, self.local_modes, keeps, leaving=self._starts)
+        own = self.name, self.memory, self.local_modes
+        return Part(*own, keeps, leaving=self._starts, variants=self.variants)
 
     @property
     def _starts(self) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
-from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import ENGINE, entry_key, read_entry, write_entry
 from painleve_sym.engines.batch import (
     COUNTERS,
     BatchOutputs,
@@ -25,18 +25,19 @@ from painleve_sym.engines.batch import (
     Given,
     Kept,
 )
+from painleve_sym.engines.listening import listening
 from painleve_sym.engines.protocol import (
     ADMITS,
     DENSE_ROWS,
     ENGINE_REASONS,
+    Listener,
     Prepared,
     RawRun,
-    Resolver,
     RunOptions,
-    run_resolved,
 )
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import NoRecurrence, StopReason
+from painleve_sym.files import of_plain, to_plain
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
 from painleve_sym.progress import progress
 from painleve_sym.time_limit import within_time
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
     from painleve_sym.hybrid.automaton import HybridAutomaton
 
 _DECISION = -2
-"""Reason of a run that asks for a decision (PS_DECISION)."""
+"""Reason of a run whose parts cannot choose (PS_DECISION)."""
 _HEAD = 13
 """Numbers before the state in what a run returns."""
 _RECORD = {"end": 0, "events": 1, "dense": 2}
@@ -72,6 +73,7 @@ def _options_structure(nx: int, kinds: int) -> type[Any]:
             ("start_events", ctypes.c_int),
             ("start_mode", ctypes.c_int),
             ("start_departs", ctypes.c_uint64),
+            ("listener", ctypes.c_void_p),
         )
 
     return Options
@@ -113,7 +115,7 @@ class CompiledEngine:
         automaton has no Taylor series is remembered as well.
         """
         mark = compiler_mark()
-        key = entry_key(f"engine {cls.name}\n{mark}", builder) if mark else None
+        key = entry_key(f"engine {cls.name}\n{mark}", builder, by=ENGINE) if mark else None
         engine = cls.__new__(cls)
         entry = read_entry(key) if key else None
         if entry and "no_recurrence" in entry:
@@ -121,7 +123,7 @@ class CompiledEngine:
         library = library_named(entry["library"]) if entry else None
         if entry and library:
             engine._open(
-                Outline.of_data(entry["outline"]), library, partial(cls._lanes_of, builder)
+                of_plain(Outline, entry["outline"]), library, partial(cls._lanes_of, builder)
             )
             return engine
 
@@ -142,14 +144,15 @@ class CompiledEngine:
             library = compiled_library(cls._alone(text))
         engine._open(Outline.of(automaton), library, partial(cls._lanes_of, builder, text))
         if key:
-            write_entry(key, {"library": library.name, "outline": engine.outline.to_data()})
+            write_entry(key, {"library": library.name, "outline": to_plain(engine.outline)})
         return engine
 
     @classmethod
     def _lanes_of(cls, builder: AutomatonBuilder, text: str | None = None) -> Path:
         """Return the library with lanes of what `builder` derives, from the cache where it is."""
         mark = compiler_mark()
-        key = entry_key(f"lanes of engine {cls.name}\n{mark}", builder) if mark else None
+        title = f"lanes of engine {cls.name}\n{mark}"
+        key = entry_key(title, builder, by=ENGINE) if mark else None
         entry = read_entry(key) if key else None
         library = library_named(entry["library"]) if entry else None
         if library is None:
@@ -268,11 +271,9 @@ class CompiledEngine:
         parameters: Array,
         options: RunOptions,
         memory: Array | None = None,
-        resolve: Resolver | None = None,
+        listener: Listener | None = None,
     ) -> RawRun:
         """Integrate from t = 0; the memory is 0 or given."""
-        if resolve is not None:
-            return run_resolved(self, state, parameters, options, memory, resolve)
         out: Any = self._end()
         # Passing `bytes` avoids the overhead of `ndarray.ctypes`.
         x, p, atol = _bytes(state), _bytes(parameters), _bytes(options.atol)
@@ -281,7 +282,13 @@ class CompiledEngine:
         if last is not options:
             shared = ctypes.byref(self._in_c(_shared(options)))
             self._last_options = (options, shared)
-        kept = self._library.ps_complete(x, z, p, shared, atol, out)
+        if listener is None:
+            kept = self._library.ps_complete(x, z, p, shared, atol, out)
+        else:
+            with listening(listener, self._nx) as heard:
+                own = self._options.from_buffer_copy(self._in_c(_shared(options)))
+                own.listener = heard
+                kept = self._library.ps_complete(x, z, p, ctypes.byref(own), atol, out)
         time, mode, reason, stop, *counters, step_count, event_count, width = out[:_HEAD]
         decision = reason == _DECISION
         if reason < 0 and not decision:
@@ -310,7 +317,6 @@ class CompiledEngine:
             steps=steps,
             events=events,
             counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
-            decision=decision,
         )
 
     def run_batch(

@@ -1,10 +1,10 @@
-"""The second engine: the same automaton on CasADi's event-capable `erk` integrator, no compiler."""
+"""The engine without a compiler: an automaton of one contact on CasADi's `erk` integrator."""
 
 from __future__ import annotations
 
 import threading
 from collections import Counter
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,29 +12,19 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import COUNTERS
-from painleve_sym.engines.erk_choice import (
-    FAILS,
-    HUGE,
-    MOMENT,
-    REST_ERRORS,
-    ZERO_TIME,
-    Parts,
-    guard_side,
-    tests_hold,
-)
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
 from painleve_sym.engines.protocol import (
     CLOSED,
     DENSE_ROWS,
-    IntervalHistory,
+    REMAINDER,
+    SHRINKING,
+    Listener,
     Prepared,
     RawRun,
-    Resolver,
     RunOptions,
-    run_resolved,
 )
 from painleve_sym.engines.records import EventRecords, StepRecords
-from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
 from painleve_sym.hybrid.signature import Outline
 
@@ -48,6 +38,50 @@ _REPLACEMENTS = 8
 # As in the compiled engine, whose decisions are repeated here.
 _FROM_REST = 1e-4
 _CHAIN = 64
+ZERO_TIME, MOMENT = 1e-10, 16e-16
+
+HUGE = 1e300
+"""Stands for inf, so that 0·inf is not nan."""
+
+
+def guard_side(g: float, d: float, d2: float, h: float, departs: bool, moment: float = 0.0) -> int:
+    """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now.
+
+    A guard that rises above zero within a `moment`, which the time does not resolve, is at zero.
+    """
+    d = float(np.nan_to_num(d, nan=0.0, posinf=HUGE, neginf=-HUGE))
+    d2 = d2 if np.isfinite(d2) else 0.0
+    first, second = d * ZERO_TIME * h, 0.5 * d2 * (ZERO_TIME * h) ** 2
+    band = abs(first) + abs(second)
+    if g > band:
+        return 1
+    if g < -max(band, d * moment):
+        return -1
+    if departs:
+        return 0
+    return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
+
+
+@dataclass
+class IntervalHistory:
+    """Previous times of one transition."""
+
+    last: float = 0.0
+    interval: float = 0.0
+    ratio: float = 0.0
+    shrinking: int = 0
+
+    def accumulates(self, t: float) -> bool:
+        """Whether the intervals shrink geometrically towards a limit that t has reached."""
+        interval, before = t - self.last, self.interval
+        self.last, self.interval = t, interval
+        if not before > 0 or not interval < 0.9999 * before:
+            self.shrinking = 0
+            return False
+        # The slower of the last two ratios: one short interval alone is not an accumulation.
+        ratio, self.ratio = max(interval / before, self.ratio), interval / before
+        self.shrinking += 1
+        return self.shrinking >= SHRINKING and interval * ratio / (1 - ratio) < REMAINDER * t
 
 
 class _Run:
@@ -55,7 +89,7 @@ class _Run:
 
     reason: StopReason | None = None
     stop_transition = -1
-    hit = decision = False
+    hit = False
     # The time since the start is t + t_base: t begins again at the limit of an accumulation.
     t_base, h_ref, limits = 0.0, 0.0, 0
 
@@ -86,8 +120,6 @@ class _Run:
     def enter(self, departs: tuple[int, ...], visible: bool) -> None:
         """Begin at t = 0 in the present state and mode; what must happen at once does."""
         self.t, self.t_event, self.at_once = 0.0, -np.inf, 0
-        # Memory chosen at one instant, and the instant.
-        self.entered, self.entered_at = list[Array](), -np.inf
         self.t_end = self.options.t_end - self.t_base
         self.limit: tuple[int, int, float] | None = None
         self.history.clear()
@@ -177,80 +209,32 @@ class _Run:
                 sides.append(-1)
             if -1 not in sides:
                 return
-            departs = self.apply(sides.index(-1), visible, False, departs)
+            departs = self.apply(sides.index(-1), visible, timed=False)
         if self.reason is None:
             self.reason = StopReason.ACCUMULATION
 
-    def apply(
-        self, j: int, visible: bool, timed: bool, departs: tuple[int, ...] = ()
-    ) -> tuple[int, ...]:
+    def apply(self, j: int, visible: bool, timed: bool) -> tuple[int, ...]:
         """Apply transition j, whose guard crossed zero (`timed`) or fired at once.
 
-        Returns the guards of the new mode that are known to leave zero: in a mode whose local modes
-        are data, also those that were so before at this instant, `departs`.
+        Returns the guards of the new mode that are known to leave zero.
         """
         transition, before = self.modes[self.mode].transitions[j], self.mode
         at = (self.x, self.z, self.c, np.array([float(timed)]))
         x, z, conditions = self.runner.events[j](*at)
-        kept = departs if self.engine.parts is not None and not timed else ()
-        departs = ()
-        if transition.strikes:
-            # A run whose question has no answer ends with the reason that no mode follows.
-            self.reason, self.decision = StopReason.NO_MODE, True
-            self.stop_transition = j
-        elif transition.stop is None:
+        departs: tuple[int, ...] = ()
+        if transition.stop is None:
             choice = _chosen(conditions, transition.choices)
             self.mode = self.engine.functions.mode_index[choice.target]
             departs = self.engine.functions.departures(choice)
-            if self.mode == before:
-                departs += tuple(k for k in kept if k != j)
-            if transition.chooses:
-                x, z, leaving = self.choose(x, z)
-                departs += leaving
         else:
             self.reason, self.stop_transition = transition.stop, j
-        if visible and not transition.strikes:
+        if visible:
             self.note(transition.kind, before, j, transition.contact, x, z)
             self.check_accumulation(before, j)
         if transition.on_accumulation is not None:
             self.limit = before, j, self.t
         self.x, self.z = x, z
         return departs
-
-    def choose(self, x: Array, z: Array) -> tuple[Array, Array, tuple[int, ...]]:
-        """Choose the local modes of the parts after a reset to x and z in the mode entered.
-
-        Returns state and memory, and the guards that leave zero upwards. Where nothing is possible,
-        the run ends with a question.
-        """
-        parts, at = self.engine.parts, (self.x, self.z)
-        assert parts is not None
-        x = x.copy()
-        still = [i for i in parts.rest if abs(x[i]) <= REST_ERRORS * self.options.atol[i]]
-        x[still] = 0.0
-        self.x = x
-        if self.entered_at != self.t:
-            self.entered_at, self.entered = self.t, []
-        every = parts.combinations(x, z, self.c)
-        chosen = parts.choose(every, self.held, at[1], self.entered)
-        self.x, self.z = at
-        if chosen is None:
-            self.reason, self.decision = StopReason.NO_MODE, True
-        else:
-            self.entered.append(chosen)
-        return x, z if chosen is None else chosen, parts.leaving(self.mode)
-
-    def held(self, memory: Array) -> tuple[int, float, Array]:
-        """Return the results of `tests_hold` with a memory, and the rates of the states."""
-        self.z = memory
-        at = (self.x, memory, self.c)
-        rates = self.runner.field(*at)[0]
-        self.counters["field_evaluations"] += 1
-        h, tests, hold = self.first_step(rates), self.runner.tests, (FAILS, np.inf)
-        parts = self.engine.parts
-        if parts is not None and tests is not None and np.isfinite(h):
-            hold = tests_hold(tests(*at), h, parts.roles(self.mode), parts.exists)
-        return *hold, rates
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
         """Count and record an event; x and z are those after it."""
@@ -422,7 +406,8 @@ class ErkEngine:
 
     The motion is integrated window by window. An event ends a window; the stretch up to it is then
     integrated again, so that the event lies at the end of a step and Newton places it to round-off.
-    All else repeats the decisions of the compiled engine, which this one serves to check.
+    All else repeats the decisions of the compiled engine, which this one serves to check. Choices
+    among the local modes of several contacts, and their impacts, are compiled code alone.
     """
 
     name = "erk"
@@ -430,6 +415,12 @@ class ErkEngine:
     def __init__(
         self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
     ) -> None:
+        if automaton.parts:
+            raise InputError(
+                f"{automaton.name}: engine 'erk' runs one contact, got {len(automaton.parts)}: "
+                "several contacts need compiled code. Fix: engine 'auto', and pip install "
+                "'painleve-sym[compiler]' where there is no C compiler."
+            )
         self.automaton, self.outline = automaton, Outline.of(automaton)
         self.functions = functions or AutomatonFunctions(automaton)
         self._runners: dict[tuple[int, float], ModeRunner] = {}
@@ -443,12 +434,6 @@ class ErkEngine:
         if name not in self._calls:
             self._calls[name] = Call(getattr(self.functions, name))
         return self._calls[name](*arguments)
-
-    @cached_property
-    def parts(self) -> Parts | None:
-        """Alternatives of the parts of the automaton; None where it has no parts."""
-        alternatives = self.functions.alternatives
-        return None if alternatives is None else Parts(self.functions, alternatives)
 
     def runner(self, mode: int, rtol: float) -> ModeRunner:
         """Return a mode's integrator, built on first use: the tolerance is part of it."""
@@ -489,15 +474,13 @@ class ErkEngine:
         parameters: Array,
         options: RunOptions,
         memory: Array | None = None,
-        resolve: Resolver | None = None,
+        listener: Listener | None = None,
     ) -> RawRun:
         """Integrate from t = 0; the mode is chosen from the state, the memory is 0 or given.
 
         A window, not a step, is what `first_step` and `max_step` bound, and `max_steps` is looked
-        at before each window.
+        at before each window. There is nothing for the listener to hear.
         """
-        if resolve is not None:
-            return run_resolved(self, state, parameters, options, memory, resolve)
         x = np.array(state, dtype=np.float64)
         z = np.zeros(self.functions.z.numel()) if memory is None else np.array(memory)
         with self._lock, np.errstate(all="ignore"):
@@ -514,7 +497,6 @@ class ErkEngine:
             steps=np.vstack([np.empty((0, StepRecords.width(nx, nz, DENSE_ROWS))), *r.steps]),
             events=np.vstack([np.empty((0, EventRecords.width(nx, nz))), *r.events]),
             counters=dict(r.counters),
-            decision=r.decision,
         )
 
     def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:
@@ -524,8 +506,7 @@ class ErkEngine:
 
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""
-        # Where local modes are data every mode has the same outputs.
-        index = np.asarray(modes, dtype=np.int64) * (not self.outline.parts)
+        index = np.asarray(modes, dtype=np.int64)
         out = np.empty((len(index), self.functions.output_size))
         for mode in np.unique(index):
             where = np.flatnonzero(index == mode)

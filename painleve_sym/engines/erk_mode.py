@@ -157,8 +157,6 @@ class ModeRunner:
         self._integrate = Call(self._integrator(rtol))
         self.field, self.jets = Call(self._mode.field), Call(self._mode.jets)
         self.events = tuple(Call(f) for f in self._mode.events)
-        tests = self._mode.tests
-        self.tests = None if tests is None else Call(tests)
         self.limits = {j: Call(f) for j, f in self._mode.limits.items()}
 
     def _profile_function(self) -> ca.Function:

@@ -9,7 +9,7 @@ from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.taylor.runner import TaylorEngine
-from painleve_sym.errors import CompilerMissing, NoRecurrence, PainleveWarning
+from painleve_sym.errors import CompilerMissing, InputError, NoRecurrence, PainleveWarning
 from painleve_sym.hybrid.signature import AutomatonBuilder
 
 if TYPE_CHECKING:
@@ -32,15 +32,15 @@ def make_engine(
     """Return an engine: ``taylor``, ``compiled`` (Runge–Kutta), ``erk`` (CasADi's) or ``auto``.
 
     ``auto`` is ``taylor`` where every mode has a Taylor series, else ``compiled``; without a C
-    compiler it is ``erk``, with a notice. Where a mode has no Taylor series, ``compiled`` takes the
-    place of ``taylor``, with a notice where that was asked for. What a builder derives is taken
-    from the cache where it was derived and compiled before. `functions` are those of the automaton
-    where they are not the plain ones.
+    compiler it is ``erk``, with a notice, for one contact: several contacts need a compiler. Where
+    a mode has no Taylor series, ``compiled`` takes the place of ``taylor``, with a notice where
+    that was asked for. What a builder derives is taken from the cache where it was derived and
+    compiled before. `functions` are those of the automaton where they are not the plain ones.
 
     Raises
     ------
     InputError
-        Unknown name.
+        Unknown name; several contacts, and ``erk`` or no C compiler.
     CompilerMissing
         ``compiled`` or ``taylor`` was asked for and there is none.
     """
@@ -57,12 +57,21 @@ def make_engine(
     except CompilerMissing as error:
         if name is not EngineName.AUTO:
             raise
+        if _parts_of(automaton):
+            need = "motions of several contacts need compiled code"
+            raise InputError(f"{need}: {error}") from error
         _notice(f"{error} Until then the slower engine 'erk' is used.")
     from painleve_sym.engines.erk import ErkEngine
 
     # A builder has the automaton as its attribute; what an automaton is may not be imported yet.
     given: Any = automaton
     return ErkEngine(getattr(given, "automaton", given), functions)
+
+
+def _parts_of(automaton: HybridAutomaton | AutomatonBuilder) -> int:
+    """Return how many contacts choose their local modes together."""
+    given: Any = automaton
+    return len(getattr(given, "automaton", given).parts)
 
 
 def _notice(message: str) -> None:

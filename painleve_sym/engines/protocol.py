@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
 from painleve_sym.arrays import Array
-from painleve_sym.checks import number, whole_number
+from painleve_sym.checks import LARGEST, number, whole_number
 from painleve_sym.choices import Record, RecordLike, chosen
 from painleve_sym.engines.records import EventRecords, StepRecords
-from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.signature import Outline
 
 ENGINE_REASONS = (
@@ -35,6 +32,8 @@ SHRINKING, REMAINDER, CLOSED = 6, 1e-11, 1e-6
 """Accumulation: this many intervals shrink, the rest is this part of the time so far; its limit is
 passed where that changes states by less than this part of their scale. As in the compiled loop."""
 
+DEFAULT_RTOL = 1e-11
+"""The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
 MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
 """Limits of a run where none are given."""
 MAX_LIMIT = 2**31 - 1
@@ -48,34 +47,46 @@ DENSE_ROWS = 8
 
 
 @dataclass(frozen=True)
-class RunOptions:
-    """Options of one integration.
+class RunSettings:
+    """Settings of a run that its caller chooses; see `painleve_sym.simulate`.
 
-    `atol` is the absolute tolerance of each state, in its unit; inf leaves it out of the step
-    control. Events of the kinds `until` end the run. A `first_step` of 0 lets the engine choose; s.
-
-    `start_events` tells whether what the start state makes happen at once is recorded as events (an
-    impact), or only chooses the mode. `start_mode` is the index of the mode to start in; -1: chosen
-    from the state. `start_departs` are guards of that mode that are zero at the start and known to
-    become positive.
+    `t_end` and steps in s; `rtol` in [1e-15, 1); `atol` is the absolute tolerance of each state, in
+    its unit, and None scales it to the contact; events of the kinds `until` end the run. A
+    `first_step` of 0 lets the engine choose it.
     """
 
     t_end: float
-    rtol: float
-    atol: Array
-    until: tuple[str, ...] = ()
+    rtol: float = DEFAULT_RTOL
+    atol: Any = None
+    until: str | Sequence[str] = ()
     record: RecordLike = Record.DENSE
     first_step: float = 0.0
     max_step: float = float("inf")
     max_steps: int = MAX_STEPS
     max_events: int = MAX_EVENTS
-    start_events: bool = False
-    start_mode: int = -1
-    start_departs: tuple[int, ...] = ()
 
-    def __post_init__(self) -> None:
+    @classmethod
+    def of(cls, where: str, given: Mapping[str, Any]) -> RunSettings:
+        """Return checked settings; InputError begins with `where`."""
+        settings, end = cls(**given), given["t_end"]
+        if type(end) is not float or not 0 < end <= LARGEST:
+            number(end, "t_end", where=where, above=0.0)
+        settings.check(where)
+        return settings
+
+    def arguments(self, **changed: Any) -> dict[str, Any]:
+        """Return the settings by name, those that are `changed` replaced."""
+        return {f.name: getattr(self, f.name) for f in fields(RunSettings)} | changed
+
+    def shared(self) -> dict[str, Any]:
+        """Return the settings that batches have, too, by name."""
+        every = self.arguments()
+        return {name: every[name] for name in every if name not in ("atol", "record")}
+
+    def check(self, where: str = "integration") -> None:
+        """Raise InputError where a number is out of range, or no record has such a name."""
         # The defaults are right.
-        where, usual = "integration", RunOptions
+        usual = RunSettings
         if type(self.rtol) is not float or not 1e-15 <= self.rtol < 1:
             number(self.rtol, "rtol", where=where, lower=1e-15, below=1.0)
         if self.record is not usual.record:
@@ -88,6 +99,27 @@ class RunOptions:
             whole_number(self.max_steps, "max_steps", where=where, lower=1, upper=MAX_LIMIT)
         if self.max_events is not usual.max_events:
             whole_number(self.max_events, "max_events", where=where, lower=1, upper=MAX_LIMIT)
+
+
+@dataclass(frozen=True)
+class RunOptions(RunSettings):
+    """Settings of one integration, with the absolute tolerance of each state, in its unit.
+
+    A tolerance of inf leaves its state out of the step control.
+
+    `start_events` tells whether what the start state makes happen at once is recorded as events (an
+    impact), or only chooses the mode. `start_mode` is the index of the mode to start in; -1: chosen
+    from the state. `start_departs` are guards of that mode that are zero at the start and known to
+    become positive.
+    """
+
+    until: tuple[str, ...] = ()
+    start_events: bool = False
+    start_mode: int = -1
+    start_departs: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.check()
 
 
 class Prepared(NamedTuple):
@@ -113,8 +145,7 @@ class RawRun(NamedTuple):
 
     `mode` is an index into the automaton's modes, `stop_transition` that of the transition that
     ended the run, -1 where none did. `steps` and `events` have the rows that `step_records` and
-    `event_records` read. `decision` tells whether it ended in a mode that needs a resolver, without
-    one.
+    `event_records` read.
     """
 
     time: float
@@ -126,7 +157,6 @@ class RawRun(NamedTuple):
     steps: Array
     events: Array
     counters: dict[str, int]
-    decision: bool = False
 
     @property
     def step_records(self) -> StepRecords:
@@ -138,166 +168,12 @@ class RawRun(NamedTuple):
         """The events by field."""
         return EventRecords.of(self.events, len(self.state), len(self.memory))
 
-    def shifted(self, start: float) -> RawRun:
-        """Return the run as one that began at the time `start`; its arrays are reused."""
-        if start == 0:
-            return self
-        for rows in (self.steps, self.events):
-            rows[:, 0] += start
-        return self._replace(time=self.time + start)
 
+Listener = Callable[[int, int, Array], None]
+"""Hears what happens in an impact of several contacts: kind, address of numbers, state after it.
 
-@dataclass(frozen=True)
-class Question:
-    """State of a run that asks a resolver how to continue, at a time since its start; s.
-
-    `mode` is that which the last event ended, or the one that asks where nothing happened before;
-    `kind` and `contact` are those of the last event. `spent` is the time since the last answer; s.
-    """
-
-    time: float
-    state: Array
-    memory: Array
-    mode: int
-    kind: EventKind | None
-    contact: str
-    spent: float
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Continuation that a resolver returns.
-
-    In `mode` the run continues, or ends where there is a reason to `stop`. `departs` are guards of
-    that mode that are zero and known to become positive. `events` are what happened at this
-    instant: kind, state just after, and mode entered.
-    """
-
-    mode: int
-    state: Array
-    departs: tuple[int, ...] = ()
-    events: tuple[tuple[EventKind, Array, int], ...] = ()
-    stop: StopReason | None = None
-
-
-Resolver = Callable[[Question], Answer]
-
-
-def run_resolved(
-    engine: Engine,
-    state: Array,
-    parameters: Array,
-    options: RunOptions,
-    memory: Array | None,
-    resolve: Resolver,
-) -> RawRun:
-    """Integrate from t = 0 and continue from every question with its answer; see `Engine.run`.
-
-    Each stretch between two answers has a time of its own, which keeps its events sharp.
-    """
-    # What happened last is part of a question.
-    kept = replace(options, record="events") if options.record == "end" else options
-    current, start, steps, events = kept, 0.0, list[Array](), list[Array]()
-    counters: Counter[str] = Counter()
-    while True:
-        raw = engine.run(state, parameters, current, memory).shifted(start)
-        steps.append(raw.steps)
-        events.append(raw.events)
-        counters.update(raw.counters)
-        if not raw.decision:
-            break
-        if raw.time >= options.t_end:
-            raw = raw._replace(stop_reason=StopReason.T_END, decision=False)
-            break
-        answer = resolve(_question(engine.outline, raw, start))
-        counters["events"] += len(answer.events)
-        events.append(_rows_of(engine.outline, raw, answer))
-        count = sum(map(len, events))
-        hit = any(engine.outline.kinds[int(k)] in options.until for k in _kinds(raw, events))
-        stop = answer.stop or (StopReason.UNTIL if hit else None)
-        if stop is None and count >= options.max_events:
-            stop = StopReason.EVENT_LIMIT
-        if stop is not None:
-            raw = raw._replace(state=answer.state, mode=answer.mode, stop_reason=stop)
-            raw = raw._replace(decision=False, stop_transition=-1)
-            break
-        state, memory, start = answer.state, raw.memory, raw.time
-        current = replace(
-            kept,
-            t_end=options.t_end - start,
-            start_mode=answer.mode,
-            start_departs=answer.departs,
-            start_events=True,
-        )
-    # A run without steps does not know how many rows each would have.
-    whole = np.vstack([s for s in steps if len(s)] or steps[-1:])
-    recorded = np.vstack(events if options.record != "end" else [raw.events[:0]])
-    return raw._replace(steps=whole, events=recorded, counters=dict(counters))
-
-
-def _question(outline: Outline, raw: RawRun, start: float) -> Question:
-    at = raw.time, raw.state, raw.memory
-    if not len(raw.events):
-        return Question(*at, mode=raw.mode, kind=None, contact="", spent=raw.time - start)
-    last = raw.event_records
-    place = int(last.contact[-1])
-    return Question(
-        *at,
-        mode=int(last.mode_before[-1]),
-        kind=outline.kinds[last.kind[-1]],
-        contact=outline.contacts[place] if place >= 0 else "",
-        spent=raw.time - start,
-    )
-
-
-def _rows_of(outline: Outline, raw: RawRun, answer: Answer) -> Array:
-    """Return the events of an answer, shape (events, width)."""
-    n, before = len(answer.events), raw.state
-    if not n:
-        return raw.events[:0]
-    states = np.array([state for _, state, _ in answer.events])
-    memory = np.tile(raw.memory, (n, 1))
-    none = np.full(n, -1)
-    return EventRecords(
-        time=np.full(n, raw.time),
-        mode_before=np.full(n, raw.mode),
-        transition=none,
-        mode_after=np.array([mode for _, _, mode in answer.events]),
-        kind=np.array([outline.kinds.index(kind) for kind, _, _ in answer.events]),
-        contact=none,
-        state_before=np.vstack([before, states[:-1]]),
-        memory_before=memory,
-        state_after=states,
-        memory_after=memory,
-    ).rows()
-
-
-def _kinds(raw: RawRun, events: Sequence[Array]) -> Any:
-    """Return the kinds of the last stretch and of the answer that followed it."""
-    last = np.vstack(events[-2:])
-    return EventRecords.of(last, len(raw.state), len(raw.memory)).kind
-
-
-@dataclass
-class IntervalHistory:
-    """Previous times of one transition."""
-
-    last: float = 0.0
-    interval: float = 0.0
-    ratio: float = 0.0
-    shrinking: int = 0
-
-    def accumulates(self, t: float) -> bool:
-        """Whether the intervals shrink geometrically towards a limit that t has reached."""
-        interval, before = t - self.last, self.interval
-        self.last, self.interval = t, interval
-        if not before > 0 or not interval < 0.9999 * before:
-            self.shrinking = 0
-            return False
-        # The slower of the last two ratios: one short interval alone is not an accumulation.
-        ratio, self.ratio = max(interval / before, self.ratio), interval / before
-        self.shrinking += 1
-        return self.shrinking >= SHRINKING and interval * ratio / (1 - ratio) < REMAINDER * t
+It may change the state after it; see `painleve_sym.engines.impacts`.
+"""
 
 
 class Engine(Protocol):
@@ -332,12 +208,12 @@ class Engine(Protocol):
         parameters: Array,
         options: RunOptions,
         memory: Array | None = None,
-        resolve: Resolver | None = None,
+        listener: Listener | None = None,
     ) -> RawRun:
         """Integrate from t = 0; the memory is 0 or given.
 
-        Where the automaton asks for a decision, `resolve` answers and the run continues; without it
-        the run ends there, with `RawRun.decision` and the reason NO_MODE.
+        The listener hears of impacts of several contacts. Where parts cannot choose and there are
+        no impacts, the run ends with the reason NO_MODE.
         """
         ...
 

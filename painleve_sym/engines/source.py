@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from importlib import resources
 
@@ -15,6 +16,7 @@ from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import dop853
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
+from painleve_sym.hybrid.variants import known_memory
 
 ENGINE_PARTS = (
     "loop/rows",
@@ -75,6 +77,7 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
         "NP": len(automaton.parameters),
         "NC": functions.c.numel(),
         "NM": len(automaton.modes),
+        "NV": len(functions.every_variant),
         "NO": functions.output_size,
         "NG": max(1, *(f.guards.size1_out(0) for f in functions.modes)),
         "NT": max(1, *(len(m.transitions) for m in automaton.modes)),
@@ -128,6 +131,7 @@ def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) ->
 def _tables(functions: AutomatonFunctions) -> str:
     automaton = functions.automaton
     lines = [
+        "#include <math.h>",
         "/* What a run does; other reasons to stop are >= 0, in the order of the Python side. */",
         "enum { PS_RUNNING = -1, PS_DECISION = -2, PS_NO_MEMORY = -3 };",
         "/* One bit for each guard of a mode. */",
@@ -137,8 +141,8 @@ def _tables(functions: AutomatonFunctions) -> str:
         "typedef struct { ps_function event; int kind, contact, stop, chooses, n; "
         "int target[PS_NCHOICE]; ps_bits departs[PS_NCHOICE]; "
         "ps_function limit; int limit_kind, limit_target; } ps_transition;",
-        "/* n guards, each of a transition; where `immediate`, one more that has none. */",
-        "typedef struct { ps_function field, guards, jets, outputs, tests; const char *roles; "
+        "/* n transitions with a guard; where `immediate`, one more that has none. */",
+        "typedef struct { ps_function outputs, tests; const char *roles; "
         "int n, immediate, tested; ps_transition transitions[PS_NT]; } ps_mode;",
         "static const ps_mode PS_MODES[PS_NM] = {",
     ]
@@ -146,10 +150,22 @@ def _tables(functions: AutomatonFunctions) -> str:
         rows = [_transition(functions, i, j, t) for j, t in enumerate(mode.transitions)]
         tests = f"tests_{i}" if mode.tests else "0"
         roles = "".join(t.role.value for t in mode.tests)
-        names = f'field_{i}, guards_{i}, jets_{i}, outputs_{i}, {tests}, "{roles}"'
+        names = f'outputs_{i}, {tests}, "{roles}"'
         now = sum(t.immediate for t in mode.transitions)
         sizes = f"{len(rows) - now}, {now}, {len(mode.tests)}"
         lines.append(f"  {{{names}, {sizes}, {{{', '.join(rows)}}}}},  /* {mode.name} */")
+    lines += [
+        "};",
+        "/* Of each mode, then of modes whose memory has certain values: n guards, those of the",
+        " * transitions. */",
+        "typedef struct { ps_function field, guards, jets; int n; "
+        "unsigned char transition[PS_NG]; } ps_variant;",
+        "static const ps_variant PS_VARIANTS[PS_NV] = {",
+    ]
+    for i, v in enumerate(functions.every_variant):
+        places = ", ".join(map(str, v.transitions)) or "0"
+        names = f"field_{i}, guards_{i}, jets_{i}"
+        lines.append(f"  {{{names}, {len(v.transitions)}, {{{places}}}}},")
     starts = ", ".join(str(functions.mode_index[c.target]) for c in automaton.starts)
     lines += [
         "};",
@@ -159,6 +175,7 @@ def _tables(functions: AutomatonFunctions) -> str:
         *_energies(automaton),
         *_preparation(functions),
         *_parts(automaton),
+        *_variants(functions),
         *_impacts(functions),
         "",
     ]
@@ -213,7 +230,6 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     return [
         "#define PS_ALTERNATIVES alternatives",
         f"#define PS_POLICY {automaton.preference}",
-        f"#define PS_EXISTS {int(automaton.impacts is None)}",
         f"#define PS_OWNED_SIZE {len(automaton.memory)}",
         f"static const ps_bits PS_LEAVING[PS_NM] = {{{', '.join(f'{m}ull' for m in masks)}}};",
         f"#define PS_NREST {len(rest)}",
@@ -223,6 +239,30 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
         f"static const int PS_IS_PREFERRED[PS_NALT] = {{{preferred}}};",
         f"static const int PS_REST_OF[PS_NALT] = {{{rests}}};",
         f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",
+    ]
+
+
+def _variants(functions: AutomatonFunctions) -> list[str]:
+    """Return the tables of the values of the memory of each part that have variants."""
+    if not functions.variants:
+        return []
+    parts, values = functions.automaton.parts, known_memory(functions.automaton)
+    rows = [
+        ", ".join(repr(float(one[s])) if one.get(s, s).is_number else "NAN" for s in part.memory)
+        for part, own in zip(parts, values, strict=True)
+        for one in own
+    ]
+    # By mode and place of the values; the mode itself where there is none.
+    places = math.prod(map(len, values))
+    table = [[i] * places for i in range(len(functions.automaton.modes))]
+    for i, v in enumerate(functions.every_variant):
+        if v.place is not None:
+            table[v.mode][v.place] = i
+    own = ", ".join(f"{{{', '.join(map(str, row))}}}" for row in table)
+    return [
+        f"static const int PS_VARIANT_OF[PS_NM][{places}] = {{{own}}};",
+        f"static const int PS_KNOWN[PS_NPART] = {{{', '.join(str(len(own)) for own in values)}}};",
+        f"static const double PS_KNOWN_MEMORY[] = {{{', '.join(rows)}}};",
     ]
 
 

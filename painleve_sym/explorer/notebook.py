@@ -7,7 +7,7 @@ from typing import Any
 import anywidget
 import traitlets
 
-from painleve_sym.explorer.page import Page, script, web_text
+from painleve_sym.explorer.script import script, web_text
 
 _RENDER = """
 function render({ model, el }) {
@@ -47,11 +47,6 @@ class ExplorerWidget(anywidget.AnyWidget):
         shown = self.settings or self.data["initial"]
         values: dict[str, float] = first | shown.get("values", {})
         return values
-
-
-def widget(page: Page) -> ExplorerWidget:
-    """Return a page as a widget."""
-    return ExplorerWidget(data=dict(page.data))
 
 
 def _quantities(data: dict[str, Any]) -> list[dict[str, Any]]:

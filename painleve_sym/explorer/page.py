@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import gzip
 import importlib.util
-import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,39 +16,21 @@ import painleve_sym
 from painleve_sym.checks import by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.inputs import inside, place_of
+from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.errors import InputError
 from painleve_sym.escape import html_json, html_text
 from painleve_sym.explorer.prebuilt import Laws, default_law, stored_module
 from painleve_sym.explorer.presets import presets
+from painleve_sym.explorer.script import script, web_text
 from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import open_from
-from painleve_sym.motion.simulator import DEFAULT_RTOL
+from painleve_sym.motion.trajectory import StoredRecord, Trajectory
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.explorer.notebook import ExplorerWidget
-
-MODULES = (
-    "settings.js",
-    "engine.js",
-    "draw.js",
-    "controls.js",
-    "clock.js",
-    "scene.js",
-    "problem.js",
-    "map.js",
-    "motion.js",
-    "page.js",
-)
-"""Each imports only those before it."""
-
-_IMPORT = re.compile(r'^import \{([^}]*)\} from "\./([\w.]+)";\n', re.M)
-_EXPORT = re.compile(r"^export ((?:async )?(?:function|class|const) (\w+))", re.M)
-
-# Comments that fill whole lines, and indentation: a quarter of the modules.
-_UNREAD = re.compile(r"^ *(?://[^\n]*\n|/\*\*(?:(?!\*/).)*\*/\n| +)", re.M | re.S)
 
 # Nothing may be loaded, from anywhere.
 _POLICY = (
@@ -117,9 +98,9 @@ class Page:
             raise InputError(
                 "explorer widget: needs anywidget. Fix: pip install 'painleve-sym[notebook]'."
             )
-        from painleve_sym.explorer.notebook import widget
+        from painleve_sym.explorer.notebook import ExplorerWidget
 
-        return widget(self)
+        return ExplorerWidget(data=dict(self.data))
 
     def save(self, path: str | Path) -> None:
         """Write the file whole, or not at all; InputError where the folder cannot be written."""
@@ -218,6 +199,26 @@ def explore(
     return page
 
 
+def explore_motion(run: Trajectory) -> ExplorerWidget:
+    """Return the explorer of a motion as a widget of notebooks; see `Trajectory.explore`."""
+    record = run.record
+    if isinstance(record, StoredRecord):
+        raise InputError(
+            "explorer: the trajectory comes from a file or another process, which do not keep "
+            "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."
+        )
+    simulator, start = record.simulator, record.start
+    mechanism, used = simulator.mechanism, start.place.parameters
+    return explore(
+        mechanism,
+        simulator.law,
+        dict(zip(mechanism.state_names, start.state.tolist(), strict=False)),
+        parameters={n: used[n] for n in mechanism.parameters},
+        law_parameters={p.name: used[p.name] for p in simulator.own_parameters},
+        t_end=run.final_time,
+    ).widget()
+
+
 def packed_module(code: bytes) -> bytes:
     """Return a module as a gzip file that holds no date."""
     return gzip.compress(code, 9, mtime=0)
@@ -281,27 +282,6 @@ def _of_law(
 
 
 # ---- text ----
-
-
-def web_text(name: str) -> str:
-    """Return a file of the page's modules."""
-    return resources.files(__package__).joinpath("web", name).read_text("utf-8")
-
-
-def script() -> str:
-    """Return all modules as one script that fills the object ``modules``.
-
-    Each keeps names of its own: what it exports is returned from a function.
-    """
-    return "const modules = {};\n" + "\n".join(map(_as_function, MODULES))
-
-
-def _as_function(name: str) -> str:
-    text = _UNREAD.sub("", web_text(name))
-    exported = [own for _, own in _EXPORT.findall(text)]
-    text = _IMPORT.sub(r'const {\1} = modules["\2"];\n', text)
-    text = _EXPORT.sub(r"\1", text)
-    return f'modules["{name}"] = (() => {{\n{text}return {{ {", ".join(exported)} }};\n}})();'
 
 
 def _html(title: str, data: Mapping[str, Any]) -> str:

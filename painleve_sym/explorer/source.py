@@ -17,7 +17,7 @@ from painleve_sym.c_export.files import MotionCode, clashing_name, code_files
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import Compiler
 from painleve_sym.codegen.evaluate import expression_function
-from painleve_sym.contacts.contact_numbers import argument_symbols
+from painleve_sym.contacts.delassus import argument_symbols
 from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import ENGINE_REASONS
@@ -38,6 +38,7 @@ from painleve_sym.mechanics.shapes import (
     suggested_shapes,
 )
 from painleve_sym.motion.energy_balance import ENERGY_ROUNDING
+from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.axes import default_range, parameter_range
@@ -262,7 +263,7 @@ def _motion(code: MotionCode) -> dict[str, Any]:
         "choices": simulator.choices,
         "engine": code.engine_name,
         "rigid": list(simulator.rigid),
-        "pressable": not simulator.initial_force_fault(),
+        "pressable": not initial_force_fault(simulator),
         "states": list(code.states),
         "units": [unit_of(name, units) for name in code.states],
         "parameters": list(outline.parameter_names),

@@ -103,11 +103,10 @@ class Transition:
     chooses : bool
         Whether the parts of the automaton choose their local modes after the reset: a combination
         of alternatives that satisfies the tests of the target. Where there is none, the contacts
-        have an impact or, without `HybridAutomaton.impacts`, the engine asks.
+        have an impact or, without `HybridAutomaton.impacts`, the run ends.
     strikes : bool
         Whether the contacts of `HybridAutomaton.impacts` have an impact there; its only choice
-        names the mode that follows. An engine that computes no impacts asks the resolver of the run
-        (`Resolver`), which returns events and the mode to continue in.
+        names the mode that follows.
     """
 
     label: str
@@ -146,6 +145,16 @@ class Definition:
     symbol: sp.Symbol
     expression: sp.Expr
 
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """All symbols that it defines."""
+        return (self.symbol,)
+
+    @property
+    def needs(self) -> set[sp.Symbol]:
+        """All symbols that it is made of."""
+        return _symbols([self.expression])
+
 
 @dataclass(frozen=True)
 class LinearSystem:
@@ -170,6 +179,11 @@ class LinearSystem:
     def symbols(self) -> tuple[sp.Symbol, ...]:
         """All symbols that it defines."""
         return (*self.unknowns, *(() if self.determinant is None else (self.determinant,)))
+
+    @property
+    def needs(self) -> set[sp.Symbol]:
+        """All symbols that it is made of."""
+        return _symbols([*self.matrix, *self.right, *(self.ease or ()), *self.scales])
 
 
 @dataclass(frozen=True)
@@ -223,6 +237,10 @@ class Part:
     in their order after a transition that chooses; `rest` are states that then count as 0 where
     they are 0 within the tolerance. `leaving` has labels of guards that leave 0 upwards after a
     choice, whatever rounding says.
+
+    `variants` are values of its memory for which functions of their own are generated, the most
+    frequent first: constants, or what follows from memory that is absent, which may have any value.
+    The first that agrees is taken. They change results by rounding only.
     """
 
     name: str
@@ -231,6 +249,7 @@ class Part:
     alternatives: tuple[Alternative, ...]
     rest: tuple[sp.Symbol, ...] = ()
     leaving: tuple[str, ...] = ()
+    variants: tuple[Mapping[sp.Symbol, sp.Expr], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -478,6 +497,7 @@ class HybridAutomaton:
                 yield f"mode {mode.name!r}, {t.label!r}", [*t.reset, *limit]
         for part in self.parts:
             own = [s for a in part.alternatives for s in a.memory]
+            own += [s for values in part.variants for s in values]
             yield f"part {part.name!r}", [*part.memory, *part.rest, *own]
         if (i := self.impacts) is not None:
             own = [s for contact in i.contacts for s in contact]
@@ -570,10 +590,5 @@ def _term_faults(
 ) -> Iterator[str]:
     """Yield the faults of terms in their order, and add their symbols to those known."""
     for term in terms:
-        if isinstance(term, Definition):
-            exprs, symbols = [term.expression], (term.symbol,)
-        else:
-            exprs = [*term.matrix, *term.right, *(term.ease or ()), *term.scales]
-            symbols = term.symbols
-        yield from _undeclared(f"{where}term {symbols[0]}", exprs, known)
-        known.update(symbols)
+        yield from _undeclared(f"{where}term {term.symbols[0]}", term.needs, known)
+        known.update(term.symbols)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from painleve_sym.errors import EventKind, StopReason
 
@@ -102,40 +102,9 @@ class Outline:
         """Names of parameters and definitions, as an engine's constants."""
         return (*self.parameter_names, *self.definition_names)
 
-    def to_data(self) -> dict[str, Any]:
-        """Return JSON-ready data."""
-        modes = [
-            (name, [(*t[:2], t.stop.name if t.stop else None, *t[3:]) for t in transitions])
-            for name, transitions in self.modes
-        ]
-        return {f.name: getattr(self, f.name) for f in fields(self)} | {"modes": modes}
-
-    @classmethod
-    def of_data(cls, data: Mapping[str, Any]) -> Outline:
-        """Return the outline that `to_data` wrote."""
-        modes = tuple(
-            ModeOutline(name, tuple(map(_transition, transitions)))
-            for name, transitions in data["modes"]
-        )
-        texts = {name: tuple(data[name]) for name in data if name.endswith("_names")}
-        return cls(
-            name=data["name"],
-            modes=modes,
-            kinds=tuple(map(EventKind, data["kinds"])),
-            contacts=tuple(data["contacts"]),
-            parts=tuple(PartOutline(n, tuple(m), tuple(own)) for n, m, own in data["parts"]),
-            **texts,
-        )
-
 
 def _names(symbols: Iterable[Symbol]) -> tuple[str, ...]:
     return tuple(s.name for s in symbols)
-
-
-def _transition(data: Sequence[Any]) -> TransitionOutline:
-    label, kind, stop, contact, bound = data
-    reason = StopReason[stop] if stop else None
-    return TransitionOutline(label, EventKind(kind), reason, contact, bound)
 
 
 def mode_name(outline: Outline, mode: int, memory: Sequence[float]) -> str:

@@ -14,6 +14,7 @@ from painleve_sym.errors import EventKind, InputError
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.materials import CONTACT_EXPONENT, HERTZ_EXPONENT
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -69,9 +70,13 @@ def _law(
     return law.with_parameters(**values) if values else law
 
 
-def _exponent(default: float) -> tuple[Parameter, Parameter]:
+def _exponent() -> tuple[Parameter, Parameter]:
     """Exponent n of the compression law, and the length at which it equals Hertz's with n = 3/2."""
-    n = Parameter("n", default, "1", "exponent of the compression law", 0.0, lower_closed=False)
+    n = Parameter(
+        *("n", HERTZ_EXPONENT, "1", "exponent of the compression law", 0.0),
+        lower_closed=False,
+        material=CONTACT_EXPONENT,
+    )
     meaning = "compression at which the force is Hertz's, K_e = (4/3) E* sqrt(R*) l_0^(3/2 - n)"
     return n, Parameter("l_0", 1.0, "m", meaning, 0.0, lower_closed=False)
 
@@ -114,17 +119,20 @@ def bilinear_hertz(
 ) -> ContactLaw:
     """Return the paper's elasto-plastic law, (4)–(10): F_n = K_e δⁿ, and (5) after δ_max.
 
-    K_e = (4/3) E* √R* l_0^(3/2−n), in N/mⁿ. The paper has no l_0, and its K_e is in N/m^(3/2): with
-    n = 1.764 its force depends on the unit of length (in mm it would be 6.19 times as large). The
-    length l_0, at which K_e δⁿ equals Hertz's force, makes the law one of every unit; l_0 = 1 m
-    gives the numbers of the paper, and at n = 3/2 it has no effect.
+    K_e = (4/3) E* √R* l_0^(3/2−n), in N/mⁿ. With n = 3/2 loading is Hertz's, for bodies of every
+    material, and l_0 has no effect. The paper has n = 1.764 and no l_0, so that its K_e is in
+    N/m^(3/2) and its force depends on the unit of length (in mm it would be 6.19 times as large).
+    The length l_0, at which K_e δⁿ equals Hertz's force, makes the law one of every unit.
+    ``n=1.764`` with l_0 = 1 m gives the numbers of the paper. It is the law of no material: at
+    10 µm it is 21 times as soft as Hertz's.
 
     With δ_p = δ_max (1 − e²) the unloading curve (5) is F_n = K_e ((δ − δ_p)/e²)ⁿ. Of the work
     done on the loading curve the part e² is stored, the rest is dissipated by plasticity.
 
     A virgin reload creates the energy by which the loading curve at that compression exceeds what
-    is stored. At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at
-    its first maximum compression, as an accumulation of events.
+    is stored. At e = 0 there is no unloading curve, and nothing for a contact that stays loaded to
+    rest on: a run needs an event that ends it, and in a batch it stops at the first maximum
+    compression of such a contact, as an accumulation of events.
 
     Parameters
     ----------
@@ -163,7 +171,7 @@ def bilinear_hertz(
         title="elasto-plastic Hertz law K δⁿ, unloading by the energetic restitution"
         + ", two bodies" * (bodies == 2),
         source="Impact model resolution on Painlevé's paradox, (4)–(10)",
-        parameters=(*_body_parameters(bodies), *_exponent(1.764), e),
+        parameters=(*_body_parameters(bodies), *_exponent(), e),
         choices={"reload": str(reload)},
     )
 
@@ -310,7 +318,7 @@ def hertz(*, bodies: int = 1, **parameters: float) -> ContactLaw:
         name="hertz",
         title="elastic Hertz law K δⁿ",
         source="Johnson (1985), ch. 4",
-        parameters=(*_body_parameters(bodies), *_exponent(1.5)),
+        parameters=(*_body_parameters(bodies), *_exponent()),
     )
 
 
@@ -389,7 +397,7 @@ def hunt_crossley(*, bodies: int = 1, **parameters: float) -> ContactLaw:
         name="hunt-crossley",
         title="Hertz law with a dashpot proportional to the elastic force",
         source="Hunt & Crossley (1975)",
-        parameters=(*_body_parameters(bodies), *_exponent(1.5), damping),
+        parameters=(*_body_parameters(bodies), *_exponent(), damping),
     )
 
 

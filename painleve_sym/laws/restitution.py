@@ -47,7 +47,7 @@ class RestitutionLaw(Deferred):
 
         There P_r = v_n⁺/A_r and E_r = −v_n⁺²/(2 A_r), with A_r the symbol `A_R`.
         """
-        from painleve_sym.laws.impact_cases import separation_velocity
+        from painleve_sym.laws.restitution_equation import separation_velocity
 
         return separation_velocity(self.equation)
 
@@ -58,7 +58,7 @@ class RestitutionLaw(Deferred):
         That ray starts at v_n = `V_N_1` when restitution has spent `P_R1` and stored `E_R1` ≤ 0:
         P_r = P_r1 + (v_n⁺ − v_n1)/A_r and E_r = E_r1 − (v_n⁺² − v_n1²)/(2 A_r).
         """
-        from painleve_sym.laws.impact_cases import final_velocity
+        from painleve_sym.laws.restitution_equation import final_velocity
 
         return final_velocity(self.equation)
 
@@ -139,7 +139,7 @@ def _named(name: str, title: str, source: str, parameter: Parameter, note: str) 
     }
 
     def make() -> RestitutionLaw:
-        from painleve_sym.laws.impact_cases import EQUATIONS
+        from painleve_sym.laws.restitution_equation import EQUATIONS
 
         return RestitutionLaw(**known, equation=EQUATIONS[name](parameter.symbol))
 

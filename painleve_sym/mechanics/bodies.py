@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -156,6 +157,14 @@ class Body:
     name: str = "body"
     length: Scalar | None = None
     lowest_period: Scalar | None = None
+
+    @property
+    def successive_modes(self) -> Iterator[tuple[Mode, Mode]]:
+        """Neighbouring modes of one kind, of bending or along a bar, in the order given."""
+        for along in (False, True):
+            yield from itertools.pairwise(
+                mode for mode in self.modes if (mode.stretch is not None) == along
+            )
 
     @property
     def natural_periods(self) -> tuple[NaturalPeriod, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,6 +23,10 @@ PROPERTIES: Mapping[str, str] = {
     "yield_strength": "Pa",
 }
 """Properties that a parameter may stand for (`Parameter.material`), with their SI units."""
+CONTACT_EXPONENT = "contact_exponent"
+"""What a parameter stands for that is n in the force K δⁿ of a contact (`Parameter.material`)."""
+HERTZ_EXPONENT = 1.5
+"""n of two elastic bodies, whatever their material: a modulus says what K is with this n alone."""
 PAIR_PROPERTIES = ("static_friction", "sliding_friction", "restitution")
 """What belongs to two bodies in contact; no command takes it from here, since its range is wide."""
 
@@ -200,16 +204,19 @@ def material_values(
     where: str,
     pair: tuple[Material, Material],
     declared: Sequence[Parameter],
-    given: Container[str] = (),
+    given: Mapping[str, Any] = MappingProxyType({}),
 ) -> dict[str, float]:
     """Return the values that materials give to the parameters that stand for their properties.
 
     The pair is that of `two_materials`; parameters in `given` have their value already and are left
     out; messages call what declares them `where`. InputError for a property that a material lacks,
-    and for two materials where one parameter stands for both.
+    for two materials where one parameter stands for both, and for an exponent that is not Hertz's.
     """
     values = {}
     for p in declared:
+        if p.material == CONTACT_EXPONENT:
+            _check_exponent(where, pair, p, given.get(p.name, p.default))
+            continue
         if not p.material or p.name in given:
             continue
         if p.body == 0 and pair[0] != pair[1]:
@@ -222,3 +229,17 @@ def material_values(
             p.material, f", which parameter {p.name} of {where} needs"
         )
     return values
+
+
+def _check_exponent(
+    where: str, pair: tuple[Material, Material], exponent: Parameter, value: Any
+) -> None:
+    """Raise InputError where materials meet an exponent with which their modulus means nothing."""
+    if isinstance(value, float) and value == HERTZ_EXPONENT:
+        return
+    names = " and ".join(dict.fromkeys(m.name for m in pair))
+    raise InputError(
+        f"{where}: got material {names} with {exponent.name} = {received(value)}, but the modulus "
+        f"of a material gives the force of a contact by Hertz's theory, with n = {HERTZ_EXPONENT} "
+        f"alone. Fix: leave {exponent.name} out, or give the parameters in place of a material."
+    )

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
@@ -74,6 +73,17 @@ class MechanismOutline:
     timed: bool
     periods: tuple[PeriodOutline, ...] = ()
 
+    @property
+    def truncation_notices(self) -> tuple[str, ...]:
+        """Sentences on bodies with modes, whose rigid contact problem does not converge in them."""
+        return tuple(
+            f"Body {name} has finitely many modes. On a rigid contact its thresholds of friction "
+            "do not converge as modes are added, since the contact moves more easily with each; a "
+            "body with all its modes has no paradox of accelerations. Fix: judge it on a compliant "
+            "contact, as the page 'When does a real bar jam?' does."
+            for name in dict.fromkeys(p.body for p in self.periods if p.modelled)
+        )
+
     @classmethod
     def of(cls, mechanism: Mechanism) -> MechanismOutline:
         """Return the outline of a mechanism."""
@@ -112,24 +122,6 @@ class MechanismOutline:
         )
         declared = system.coordinates, system.parameters
         return cls(*declared, contacts, domain, timed(*formulas), periods)
-
-    def to_data(self) -> dict[str, Any]:
-        """Return plain data."""
-        return asdict(self)
-
-    @classmethod
-    def of_data(cls, data: Mapping[str, Any]) -> MechanismOutline:
-        """Return the outline that `to_data` wrote."""
-        return cls(
-            tuple(Coordinate(**c) for c in data["coordinates"]),
-            tuple(Parameter(**p) for p in data["parameters"]),
-            tuple(ContactOutline(**c) for c in data["contacts"]),
-            tuple(
-                BoundOutline(b["margin"], b["meaning"], tuple(b["names"])) for b in data["domain"]
-            ),
-            data["timed"],
-            tuple(PeriodOutline(**p) for p in data["periods"]),
-        )
 
     def only(self, where: str, name: str) -> MechanismOutline:
         """Return the outline with one contact alone; InputError suggests the nearest name."""

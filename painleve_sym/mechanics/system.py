@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import keyword
 import re
 from collections import Counter
@@ -490,12 +489,12 @@ def _body_faults(
                 f"{named}: damping ratio is {damping}, which other parameters make negative, need "
                 ">= 0. Fix: give its parameters lower = 0."
             )
-    for before, after in itertools.pairwise(body.modes):
+    for before, after in body.successive_modes:
         difference = expr(after.frequency) - expr(before.frequency)
         if difference.is_negative or _at_defaults(difference, parameters).is_negative:
             yield (
                 f"{where} {after.coordinate}: frequency {after.frequency} is below the one before, "
-                f"{before.frequency}. Fix: order the modes by frequency."
+                f"{before.frequency}. Fix: order the modes of one kind by frequency."
             )
 
 

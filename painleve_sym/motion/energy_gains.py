@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.energy_gain import gain_notice, gains
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind
-
-if TYPE_CHECKING:
-    from painleve_sym.motion.trajectory import EventRecord, MotionNames
+from painleve_sym.motion.records import EventRecord, MotionNames
 
 GAINING = (EventKind.IMPACT, EventKind.RELOAD)
 """Kinds of events that may add energy."""
@@ -46,12 +43,6 @@ class EnergyGain:
     gain: float
     kinetic_energy: float
     law: str
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> EnergyGain:
-        """Return what plain data say."""
-        lists = {"kind": EventKind(data["kind"]), "contacts": tuple(data["contacts"])}
-        return cls(**{**data, **lists})
 
 
 def energy_gains(

@@ -14,7 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.errors import InputError, received
 from painleve_sym.laws.catalogue import compliant_law
@@ -28,6 +28,7 @@ from painleve_sym.motion.frozen_impact import (
     FrozenImpacts,
     FrozenImpactSolver,
 )
+from painleve_sym.motion.law_numbers import loading_curve
 
 CONFIGURATIONS = ("frozen", "carried")
 """Coefficients of the start throughout, or moved to the mean time of the impulse of each part."""
@@ -90,16 +91,6 @@ class CorrectedJumpRule:
     def _symbols(self) -> tuple[Any, ...]:
         return (*self.mechanism.motion, *(p.symbol for p in self.mechanism.system.parameters))
 
-    @cached_property
-    def _evaluate(self) -> Pointwise:
-        c, system = self.mechanism.coefficients, self.mechanism.system
-        contact = self.mechanism.contact
-        normal, tangential = c.force_directions
-        rows = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.mu]
-        rows += [contact.slip_velocity, contact.gap_rate]
-        rows += [*normal, *tangential, *system.free_acceleration]
-        return Pointwise(rows, self._symbols, engine="casadi" if self.engine == "erk" else "auto")
-
     def __call__(
         self,
         state: Mapping[str, ArrayLike],
@@ -147,13 +138,16 @@ class CorrectedJumpRule:
         )
 
     def _coefficients(self, point: Mapping[Any, Array]) -> dict[str, Array]:
-        rows = self._evaluate(point)
-        size = len(self.mechanism.system.q_dot)
-        names = (*COEFFICIENTS, "mu", "slip_velocity", "normal_velocity")
-        coefficients = dict(zip(names, rows, strict=False))
-        for k, name in enumerate(("normal", "tangential", "free")):
-            coefficients[name] = rows[8 + k * size : 8 + (k + 1) * size]
-        return coefficients
+        values = {str(symbol): array for symbol, array in point.items()}
+        at, moves = Delassus.of(self.mechanism).whole_at_each(values)
+        numbers = (at.W[0, 0], at.W[0, 1], at.W[1, 1], *at.b, *at.mu)
+        coefficients = dict(zip((*COEFFICIENTS, "mu"), numbers, strict=True))
+        coefficients |= {"slip_velocity": at.slip_velocity[0], "normal_velocity": at.gap_rate[0]}
+        return coefficients | {
+            "normal": moves.D[:, 0],
+            "tangential": moves.D[:, 1],
+            "free": moves.free,
+        }
 
     def _moved(
         self, coefficients: Mapping[str, Array], P: Array, P_t: Array, t: Array
@@ -271,7 +265,7 @@ class CorrectedJump:
     >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
     >>> jump = ps.evaluate_corrected_jump("rod", "bilinear-hertz", state)
     >>> round(jump.velocity["y_A_dot"], 4)
-    0.1246
+    0.0949
     >>> [phase.name for phase in jump.phases]
     ['slip compression', 'sticking compression', 'sticking restitution', 'reverse slip restitution']
     """
@@ -343,8 +337,8 @@ def evaluate_corrected_jump(
     --------
     >>> import painleve_sym as ps
     >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-    >>> jump = ps.evaluate_corrected_jump("rod", ps.laws.bilinear_hertz(E=20.9e14), state)
-    >>> jump.duration < 1e-3
+    >>> jump = ps.evaluate_corrected_jump("rod", ps.laws.bilinear_hertz(E=209e9), state)
+    >>> jump.duration < 2e-3
     True
     """
     mechanism = as_mechanism(mechanism)
@@ -362,7 +356,7 @@ def evaluate_corrected_jump(
     constants = simulator.constants(
         simulator.parameters({p.name: given[p.name] for p in law.parameters})
     )
-    curve = simulator.loading_curve({name: np.array([v]) for name, v in constants.items()})
+    curve = loading_curve(simulator, {name: np.array([v]) for name, v in constants.items()})
     K, n = (float(values[0]) for values in curve)
     delta = (initial_force / K) ** (1 / n)
     jump = rule(start, given, delta, configuration)

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from painleve_sym.laws.catalogue import Law
 from painleve_sym.mechanics.materials import Material
-
-if TYPE_CHECKING:
-    from painleve_sym.motion.trajectory import EventRecord
+from painleve_sym.motion.records import EventRecord
 
 DEPTH = 0.1
 """Part of the radius: at this depth the contact is a third of the radius wide, no half-space."""

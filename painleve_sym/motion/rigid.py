@@ -15,12 +15,14 @@ import numpy as np
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
 from painleve_sym.contacts.classify import contact_problem, solution_name
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.motion.locate_limit import locate_limit
+from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import LimitKind, ReverseChatter
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator
@@ -75,17 +77,15 @@ def _of_several(
     simulator: Simulator, event: EventRecord, values: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the closed contacts; none for less than two."""
-    impacts = simulator.impacts
-    state = np.array([event.state[n] for n in simulator.outline.state_names])
-    gaps, rates, slips = impacts.contact_values(state)
+    gaps, rates, slips = np.array([[event.state[n] for n in r] for r in simulator.contact.rows]).T
     closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
     if len(simulator.rigid) < len(gaps) or not closed:
         return ()
-    terms, rows = impacts.terms(state, values), ContactRows(len(gaps)).of_contacts(closed)
+    at = Delassus.of(simulator.mechanism).at({**event.state, **values})
+    rows = ContactRows(len(gaps)).of_contacts(closed)
     held = np.array([simulator.mechanism.outline.contacts[i].bilateral for i in closed])
-    problem = ContactProblem(
-        terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held
-    )
+    W, b, mu = at.W[np.ix_(rows, rows)], at.b[rows], at.mu[closed]
+    problem = ContactProblem(W, b, mu, slips[closed], held)
     solutions = problem.solutions()
     if len(solutions) < 2:
         return ()

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from painleve_sym.codegen.quantities import quantities
 from painleve_sym.errors import EventKind
 from painleve_sym.mechanics.materials import Material
 from painleve_sym.mechanics.mechanism import Mechanism
-
-if TYPE_CHECKING:
-    from painleve_sym.motion.trajectory import EventRecord
+from painleve_sym.motion.records import EventRecord
 
 RIGID_PERIODS = 10
 """A contact of this many periods leaves at most a tenth of the static deflection in vibration.

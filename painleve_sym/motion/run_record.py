@@ -18,13 +18,13 @@ from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
-from painleve_sym.mechanics.materials import Material
 from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains
 from painleve_sym.motion.pressing import ContactSurface, contact_surfaces
+from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
 from painleve_sym.motion.rigidity import BodyPeriod, body_periods
 from painleve_sym.motion.singular_limit import ReverseChatter
-from painleve_sym.motion.trajectory import EventRecord, StoredRecord
+from painleve_sym.motion.trajectory import StoredRecord
 
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator, Start
@@ -36,14 +36,12 @@ OPTIONS = ("first_step", "max_step", "max_steps", "max_events")
 
 @dataclass(frozen=True)
 class RunRecord:
-    """The record of a run; `resolved` are the impulses of the events that a resolver answered."""
+    """The record of a run."""
 
     simulator: Simulator
     start: Start
     raw: RawRun
     options: RunOptions
-    resolved: Sequence[tuple[float, ...]] = ()
-    materials: tuple[Material, Material] | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the recorded arrays, without the simulator."""
@@ -125,8 +123,6 @@ class RunRecord:
         # The last entries of the memory are the impulses of the last impact.
         count = ContactRows(len(self.simulator.contact.rows)).size
         impulses: list[Sequence[float]] = records.memory_after[:, -count:].tolist()
-        for i, own in zip(np.flatnonzero(records.transition < 0), self.resolved, strict=False):
-            impulses[i] = own
         return impulses
 
     @property
@@ -182,7 +178,7 @@ class RunRecord:
     @cached_property
     def body_periods(self) -> tuple[BodyPeriod, ...]:
         """Natural periods of the bodies."""
-        of_body = self.materials[0] if self.materials else None
+        of_body = self.start.materials[0] if self.start.materials else None
         return body_periods(self.simulator.mechanism, self.start.place.parameters, of_body)
 
     @cached_property
@@ -190,7 +186,7 @@ class RunRecord:
         """The surfaces of the compliant contacts that have a radius."""
         contact = self.simulator.contact
         names = [c.name for c in contact.mechanism.outline.contacts]
-        values, materials = self.start.place.parameters, self.materials or ()
+        values, materials = self.start.place.parameters, self.start.materials or ()
         return contact_surfaces(names, contact.laws, contact.own_laws, values, materials)
 
     @cached_property

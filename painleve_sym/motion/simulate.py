@@ -5,19 +5,17 @@ from __future__ import annotations
 import functools
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Unpack
 
 from numpy.typing import ArrayLike
 
-from painleve_sym.arrays import Array
-from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike, chosen
+from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law
-from painleve_sym.mechanics.materials import MaterialsLike
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.arguments import BatchArguments, RunArguments, spelled_out
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
@@ -74,26 +72,14 @@ def simulator_of(
     return _kept.get(as_mechanism(mechanism), laws, name)
 
 
+@spelled_out(RunArguments)
 def simulate(
     mechanism: MechanismLike,
     law: LawsLike,
     state: Mapping[str, Value] | None = None,
     *,
-    t_end: float,
-    until: str | Sequence[str] = (),
-    parameters: Mapping[str, Value] | None = None,
-    law_parameters: Mapping[str, Value] | None = None,
-    material: MaterialsLike | None = None,
-    initial_force: float | None = None,
-    close: str | None = None,
     engine: EngineLike = EngineName.AUTO,
-    rtol: float = DEFAULT_RTOL,
-    atol: Array | None = None,
-    record: RecordLike = Record.DENSE,
-    first_step: float = 0.0,
-    max_step: float = float("inf"),
-    max_steps: int = MAX_STEPS,
-    max_events: int = MAX_EVENTS,
+    **arguments: Unpack[RunArguments],
 ) -> Trajectory:
     """Integrate the motion of a mechanism with its contact law from t = 0.
 
@@ -161,55 +147,25 @@ def simulate(
     --------
     >>> import painleve_sym as ps
     >>> start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-    >>> law = ps.laws.bilinear_hertz(E=20.9e14, reload="virgin")
-    >>> run = ps.simulate("rod", law, start, t_end=1e-3)
+    >>> law = ps.laws.bilinear_hertz(E=209e9)
+    >>> run = ps.simulate("rod", law, start, t_end=1e-2)
     >>> run.stop_reason
     <StopReason.T_END: ('t_end', 'the end time was reached')>
     >>> event = run.events[0]
     >>> print(f"{event.kind} at {event.time:.6e} s, {event.normal_force:.3f} N")
-    slip_stop at 4.088624e-04 s, 5766.507 N
+    slip_stop at 1.743476e-03 s, 880.495 N
     """
-    return simulator_of(mechanism, law, engine).run(
-        state,
-        t_end=t_end,
-        until=until,
-        parameters=parameters,
-        law_parameters=law_parameters,
-        material=material,
-        initial_force=initial_force,
-        close=close,
-        rtol=rtol,
-        atol=atol,
-        record=record,
-        first_step=first_step,
-        max_step=max_step,
-        max_steps=max_steps,
-        max_events=max_events,
-    )
+    return simulator_of(mechanism, law, engine).run(state, **arguments)
 
 
+@spelled_out(BatchArguments)
 def simulate_batch(
     mechanism: MechanismLike,
     law: LawsLike,
     states: Mapping[str, ArrayLike],
     *,
-    t_end: float,
-    until: str | Sequence[str] = (),
-    parameters: Mapping[str, ArrayLike] | None = None,
-    law_parameters: Mapping[str, ArrayLike] | None = None,
-    initial_force: ArrayLike | None = None,
-    close: str | None = None,
     engine: EngineLike = EngineName.AUTO,
-    rtol: float = DEFAULT_RTOL,
-    threads: int | None = None,
-    events: int = 1,
-    maxima: Sequence[str] = (),
-    minima: Sequence[str] = (),
-    integrals: Sequence[str] = (),
-    first_step: float = 0.0,
-    max_step: float = float("inf"),
-    max_steps: int = MAX_STEPS,
-    max_events: int = MAX_EVENTS,
+    **arguments: Unpack[BatchArguments],
 ) -> BatchResult:
     """Integrate one motion for every entry of the arrays, in threads over compiled code.
 
@@ -257,23 +213,4 @@ def simulate_batch(
     """
     from painleve_sym.motion.batch.run import run_batch
 
-    return run_batch(
-        simulator_of(mechanism, law, engine),
-        states,
-        parameters,
-        t_end=t_end,
-        until=until,
-        law_parameters=law_parameters,
-        initial_force=initial_force,
-        close=close,
-        rtol=rtol,
-        threads=threads,
-        events=events,
-        maxima=maxima,
-        minima=minima,
-        integrals=integrals,
-        first_step=first_step,
-        max_step=max_step,
-        max_steps=max_steps,
-        max_events=max_events,
-    )
+    return run_batch(simulator_of(mechanism, law, engine), states, **arguments)

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import LARGEST, by_name, names_of, number
-from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike, chosen
+from painleve_sym.checks import by_name, names_of
+from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
-from painleve_sym.contacts.classify import held_faults
-from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.inputs import closed_place, inside
-from painleve_sym.contacts.model import CONTACT, ContactModel
-from painleve_sym.contacts.terms import ContactImpacts
-from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.contacts.derivation import ContactDerivation
+from painleve_sym.contacts.inputs import closed_place
 from painleve_sym.engines.factory import SOURCES, make_engine
-from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
+from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
+from painleve_sym.hooks import upper
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
@@ -32,39 +27,32 @@ from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.materials import (
     Material,
     MaterialsLike,
-    material_values,
     two_materials,
 )
 from painleve_sym.mechanics.mechanism import Mechanism, Place
-from painleve_sym.motion.impact_resolver import ImpactResolver
+from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
+from painleve_sym.motion.law_numbers import values_of_materials
+from painleve_sym.motion.records import EngineOutputs, MotionNames
+from painleve_sym.motion.refusals import checked_force, end_detail, refuse, refuse_plastic
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
-from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.hybrid.automaton import HybridAutomaton
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 
-DEFAULT_RTOL = 1e-11
-"""The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
 NO_FORCE = -1.0
 """Initial force that stands for none."""
-_JAM = (
-    "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
-    "none possible; use one contact at a time, or a compliant law"
-)
-_GUIDE_MEETS = (
-    "the slip meets A = 0, where the force of the guide grows without bound and rigid theory ends; "
-    "end earlier, or start elsewhere"
-)
 
 
 class Start(NamedTuple):
     """Start of a run: its place, its state and parameters in the engine's order, and its scale.
 
     Below the scale of a state, shape (nx,), only its absolute error counts. The place is not yet
-    pressed by the initial force, N, which is negative where there is none.
+    pressed by the initial force, N, which is negative where there is none. `materials` are those of
+    both bodies, where they are given.
     """
 
     place: Place
@@ -72,6 +60,7 @@ class Start(NamedTuple):
     parameters: Array
     scale: Array
     force: float
+    materials: tuple[Material, Material] | None = None
 
 
 @dataclass(frozen=True, init=False)
@@ -103,7 +92,8 @@ class Simulator:
         One law for all contacts, or the law of each by the contact's name. Of several contacts,
         parameters of laws that are given by contact have its name behind theirs: ``E_A``.
     engine : {"auto", "compiled", "taylor", "erk"}
-        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler.
+        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler;
+        several contacts need one.
 
     Raises
     ------
@@ -156,9 +146,9 @@ class Simulator:
         return tuple(self.law[name] for name in names)
 
     @cached_property
-    def contact(self) -> ContactModel:
+    def contact(self) -> ContactDerivation:
         """The contact or contacts, joined with their laws."""
-        return ContactModel(self.mechanism, self.laws)
+        return ContactDerivation(self.mechanism, self.laws)
 
     @property
     def automaton(self) -> HybridAutomaton:
@@ -193,30 +183,6 @@ class Simulator:
                     raise InputError(f"law {self.label!r}: {message}")
                 given[here] = value
         return given
-
-    def of_materials(
-        self, materials: MaterialsLike, given: Mapping[str, Any] | None = None
-    ) -> dict[str, float]:
-        """Return the values that materials give to parameters of mechanism and laws.
-
-        Parameters
-        ----------
-        materials : Material or its name, or two
-            That of both bodies in contact, or those of the moving body and of the other:
-            ``steel,rubber``.
-        given : mapping of str to object
-            Parameters that have their values, and are left out.
-
-        Raises
-        ------
-        InputError
-            Unknown names, a property that a material lacks.
-        """
-        pair, known = two_materials(materials), given or {}
-        return {
-            **material_values(self.where, pair, self.mechanism.outline.parameters, known),
-            **material_values(f"law {self.label!r}", pair, self.own_parameters, known),
-        }
 
     @property
     def label(self) -> str:
@@ -278,70 +244,13 @@ class Simulator:
         """Whether several contacts can have an impact: at least one of them is rigid."""
         return self.contact.several and bool(self.rigid)
 
-    @cached_property
-    def impacts(self) -> ContactImpacts:
-        """Impacts of the rigid contacts of several."""
-        names, rows = self.outline.state_names, self.contact.rows
-        return ContactImpacts(self.mechanism, names, rows, self.rigid)
-
-    # ---- the loading curves of compliant contacts ----
-
-    def loading_curve(self, values: Mapping[str, Array], i: int = 0) -> tuple[Array, Array]:
-        """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
-        curve = self._loading.at(values)
-        return curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
-
-    @cached_property
-    def _loading(self) -> Quantities:
-        laws = self.contact.own_laws
-
-        def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
-            curves = {
-                f"{name}_{i}": getattr(law, name)
-                for i, law in enumerate(laws)
-                for name in ("stiffness", "exponent")
-                if law.is_compliant
-            }
-            return curves, (*self.automaton.parameters, *self.automaton.definitions)
-
-        names = self.outline.constant_names
-        return quantities("loading curves", self.contact.definition, names, derive)
-
-    def compression_of_force(self, force: float, parameters: Mapping[str, float]) -> float:
-        """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
-
-        The initial surface energy of the paper, (10), is given this way.
-        """
-        number(force, "initial force", where=self.where, lower=0.0)
-        k, n = self._curve(parameters)
-        return float((force / k) ** (1 / n))
-
-    def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
-        _ = self.contact_law  # rejects laws without a loading curve
-        values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
-        k, n = self.loading_curve(values)
-        return float(k[0]), float(n[0])
-
     # ---- one motion ----
 
+    @spelled_out(RunArguments)
     def run(
         self,
         state: Mapping[str, Value] | None = None,
-        *,
-        t_end: float,
-        until: str | Sequence[str] = (),
-        parameters: Mapping[str, Value] | None = None,
-        law_parameters: Mapping[str, Value] | None = None,
-        material: MaterialsLike | None = None,
-        initial_force: float | None = None,
-        close: str | None = None,
-        rtol: float = DEFAULT_RTOL,
-        atol: Array | None = None,
-        record: RecordLike = Record.DENSE,
-        first_step: float = 0.0,
-        max_step: float = float("inf"),
-        max_steps: int = MAX_STEPS,
-        max_events: int = MAX_EVENTS,
+        **arguments: Unpack[RunArguments],
     ) -> Trajectory:
         """Integrate the motion from t = 0.
 
@@ -350,50 +259,21 @@ class Simulator:
         Examples
         --------
         >>> from painleve_sym import Simulator, laws, models
-        >>> simulator = Simulator(models.rod(), laws.bilinear_hertz(E=20.9e14, reload="virgin"))
-        >>> run = simulator.run({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, t_end=1e-3)
+        >>> simulator = Simulator(models.rod(), laws.bilinear_hertz(E=209e9))
+        >>> run = simulator.run({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, t_end=1e-2)
         >>> [str(event.kind) for event in run.events[:2]]
         ['slip_stop', 'max_compression']
         """
-        start = self.start(
-            self.at(state, parameters, law_parameters, material, close), initial_force
-        )
-        checked = self.options(
-            start.scale,
-            t_end=t_end,
-            until=until,
-            rtol=rtol,
-            atol=atol,
-            record=record,
-            first_step=first_step,
-            max_step=max_step,
-            max_steps=max_steps,
-            max_events=max_events,
-        )
-        resolver = self._resolver(start, checked)
-        raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
-        resolved = resolver.impulses if resolver else ()
-        pair = None if material is None else two_materials(material)
-        trajectory = self.trajectory(raw, start, checked, resolved, pair)
+        settings, begins = separated(self.where, RunArguments, arguments)
+        start = self.begin(state, **begins)
+        checked = self.options(start.scale, settings)
+        if not checked.until:
+            refuse_plastic(self, start.place.parameters)
+        raw = self.integrator.run(start.state, start.parameters, checked)
+        trajectory = self.trajectory(raw, start, checked)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.place.parameters)
         return trajectory
-
-    def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
-        """Return what answers for impacts of several contacts where the engine does not."""
-        if isinstance(self.integrator, CompiledEngine) or not self.strikes:
-            return None
-        return ImpactResolver(**self.resolver_inputs(start.place.parameters, options))
-
-    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
-        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
-        return {
-            "impacts": self.impacts,
-            "law": self.contact.rigid_law,
-            "target": [m.name for m in self.outline.modes].index(CONTACT),
-            "values": values,
-            "scale": options.atol / options.rtol,
-        }
 
     def at(
         self,
@@ -406,16 +286,31 @@ class Simulator:
         """Return the checked place of a start, with the laws' parameters too; see `simulate`."""
         given = self.given(parameters, law_parameters)
         if material is not None:
-            given = {**self.of_materials(material, given), **given}
+            given = {**values_of_materials(self, material, given), **given}
         place = self.mechanism.at(state, given, declared=self.declared, where=self.where)
         return place if close is None else closed_place(place, close)
 
+    def begin(
+        self,
+        state: Mapping[str, Value] | None = None,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        law_parameters: Mapping[str, Value] | None = None,
+        material: MaterialsLike | None = None,
+        initial_force: float | None = None,
+        close: str | None = None,
+    ) -> Start:
+        """Return the start of a run from the arguments of `simulate` besides its settings."""
+        place = self.at(state, parameters, law_parameters, material, close)
+        start = self.start(place, initial_force)
+        return start if material is None else start._replace(materials=two_materials(material))
+
     def start(self, place: Place, initial_force: float | None = None) -> Start:
         """Return the start of a run; InputError where the laws or the domain do not admit it."""
-        force = NO_FORCE if initial_force is None else self._checked_force(initial_force)
+        force = NO_FORCE if initial_force is None else checked_force(self, initial_force)
         start, admits = self.prepared(place, force)
         if 0.0 in admits:
-            self._refuse(start)
+            refuse(self, start)
         return start
 
     def prepared(self, place: Place, force: float = NO_FORCE) -> tuple[Start, list[float]]:
@@ -424,68 +319,6 @@ class Simulator:
         prepared = self.integrator.prepare(p[None], motion[None], np.array([force]))
         state, admits, scale = (array[0] for array in prepared)
         return Start(place, state, p, scale, force), admits.tolist()
-
-    def _checked_force(self, force: float) -> float:
-        fault = self.initial_force_fault()
-        if fault:
-            raise InputError(f"{self.where}: {fault}")
-        return number(force, "initial force", where=self.where, lower=0.0)
-
-    def _refuse(self, start: Start) -> NoReturn:
-        """Raise InputError with the reason why a start is not admitted."""
-        for name, value in self.constants(start.place.parameters).items():
-            if not math.isfinite(value):
-                raise InputError(
-                    f"{self.where}: {name} evaluates to {value!r}, need a finite number. "
-                    "Fix: check the parameters it is made of (stiffness, curvatures)."
-                )
-        inside(start.place)
-        names = self.outline.state_names
-        state = dict(zip(names, start.state.tolist(), strict=True))
-        if start.force >= 0:
-            raise InputError(
-                f"{self.where}: initial_force: got a start with gap "
-                f"{state[self.contact.rows[0].gap]!r}, need 0. Fix: give the force or the "
-                "compression, not both."
-            )
-        for i in self.rigid:
-            self._refuse_contact(i, state, start.place.values)
-        raise InputError(f"{self.where}: the contact law does not admit the start.")
-
-    def _refuse_contact(
-        self, i: int, state: Mapping[str, float], values: Mapping[str, float]
-    ) -> None:
-        """Raise InputError where a rigid contact is inside the ground, or a guide off its place."""
-        row, several = self.contact.rows[i], self.contact.several
-        gap, rate = state[row.gap], state[row.gap_rate]
-        contact = self.mechanism.outline.contacts[i]
-        name = f"contact {contact.name!r}"
-        if contact.bilateral:
-            at = contact_numbers(self.mechanism, i)(values)
-            subject = f"the bilateral {name}" if several else "a bilateral contact"
-            within = (gap, at["gap_tolerance"]), (rate, at["rate_tolerance"])
-            for fault in held_faults(subject, *within):
-                raise InputError(f"{self.where}: {fault}")
-        elif gap < 0:
-            subject = f"{name} starts" if several else "the start is"
-            raise InputError(
-                f"{self.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
-                "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
-            )
-
-    def initial_force_fault(self) -> str:
-        """Return why no initial force can be given, a sentence; empty where it can."""
-        if len(self.contact.rows) > 1:
-            return (
-                "initial_force: several contacts share no force. Fix: give the compression of each "
-                "by the state."
-            )
-        if not self.is_compliant(0):
-            return (
-                "initial_force: a rigid contact has no compression. Fix: leave it out, or give a "
-                "compliant law."
-            )
-        return ""
 
     def start_expressions(self, forced: bool) -> dict[Any, Any]:
         """Return the start values that follow from other ones: states to SymPy expressions.
@@ -545,23 +378,12 @@ class Simulator:
         """Names of the parameters in the engine's order."""
         return self.outline.parameter_names
 
+    @spelled_out(RunArguments)
     def sensitivities(
         self,
-        state: Mapping[str, float],
+        state: Mapping[str, Value] | None,
         wrt: Sequence[str],
-        *,
-        t_end: float,
-        until: str | Sequence[str] = (),
-        parameters: Mapping[str, float] | None = None,
-        law_parameters: Mapping[str, float] | None = None,
-        initial_force: float | None = None,
-        rtol: float = DEFAULT_RTOL,
-        atol: Array | None = None,
-        record: RecordLike = Record.DENSE,
-        first_step: float = 0.0,
-        max_step: float = float("inf"),
-        max_steps: int = MAX_STEPS,
-        max_events: int = MAX_EVENTS,
+        **arguments: Unpack[RunArguments],
     ) -> SensitiveTrajectory:
         """Integrate the motion together with its first derivatives, through every event.
 
@@ -571,8 +393,8 @@ class Simulator:
         wrt : sequence of str
             Directions: names of coordinates and velocities (their start values), of parameters of
             mechanism and law, and ``initial_force`` where that is given.
-        t_end, until, parameters, law_parameters, initial_force
-            As for `run`; so are those that follow.
+        **arguments
+            As for `run`.
 
         Returns
         -------
@@ -584,67 +406,32 @@ class Simulator:
         InputError
             As for `run`; unknown names of directions.
         """
-        from painleve_sym.motion.sensitivity.variational import differentiated
-
-        options: dict[str, Any] = {
-            "parameters": self.given(parameters, law_parameters),
-            "initial_force": initial_force,
-            "t_end": t_end,
-            "until": until,
-            "rtol": rtol,
-            "atol": atol,
-            "record": record,
-            "first_step": first_step,
-            "max_step": max_step,
-            "max_steps": max_steps,
-            "max_events": max_events,
-        }
         directions = names_of(wrt, f"{self.where}: wrt", "mu,theta")
-        return differentiated(self, state, directions, **options)
+        result: SensitiveTrajectory = upper("sensitivities")(self, state, directions, arguments)
+        return result
 
     @cached_property
     def directions(self) -> dict[Any, Any]:
         """`Directions` by their names and by whether a force is given; filled when used."""
         return {}
 
-    def options(
-        self,
-        scale: Array,
-        *,
-        t_end: float,
-        until: str | Sequence[str] = (),
-        rtol: float = DEFAULT_RTOL,
-        atol: Array | None = None,
-        record: RecordLike = Record.DENSE,
-        first_step: float = 0.0,
-        max_step: float = float("inf"),
-        max_steps: int = MAX_STEPS,
-        max_events: int = MAX_EVENTS,
-    ) -> RunOptions:
-        """Return checked options of a run; `scale` is that of its start. See `simulate`."""
-        if type(t_end) is not float or not 0 < t_end <= LARGEST:
-            t_end = number(t_end, "t_end", where=self.where, above=0.0)
-        if type(rtol) is not float or not 1e-15 <= rtol < 1:
-            # Before it scales the states: 0 times the infinite scale of some is nan.
-            rtol = number(rtol, "rtol", where=self.where, lower=1e-15, below=1.0)
+    def options(self, scale: Array, settings: RunSettings) -> RunOptions:
+        """Return the options of a run with checked settings; `scale` is that of its start."""
+        until, rtol, atol = settings.until, float(settings.rtol), settings.atol
         asked = type(until) is not tuple or until
         kinds = names_of(until, f"{self.where}: until", "slip_stop") if asked else ()
         for kind in kinds:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
-        return RunOptions(
-            t_end,
-            rtol,
-            rtol * scale if atol is None else self._tolerances(atol, scale),
-            kinds,
-            record,
-            first_step,
-            max_step,
-            max_steps,
-            max_events,
-            start_events=self.start_events,
-        )
+        own: dict[str, Any] = {
+            "t_end": float(settings.t_end),
+            "rtol": rtol,
+            "atol": rtol * scale if atol is None else self._tolerances(atol, scale),
+            "until": kinds,
+            "start_events": self.start_events,
+        }
+        return RunOptions(**{**vars(settings), **own})
 
     def _tolerances(self, atol: Any, scale: Array) -> Array:
         """Return the absolute tolerance of each state, in the shape that the engine reads."""
@@ -664,20 +451,18 @@ class Simulator:
         raw: RawRun,
         start: Start,
         options: RunOptions,
-        resolved: Sequence[tuple[float, ...]] = (),
-        materials: tuple[Material, Material] | None = None,
     ) -> Trajectory:
-        """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
+        """Return a run as a trajectory."""
         return Trajectory(
             names=self.names,
             parameters=start.place.parameters,
             rtol=options.rtol,
-            record=RunRecord(self, start, raw, options, resolved, materials),
+            record=RunRecord(self, start, raw, options),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,
             stop_reason=raw.stop_reason,
-            stop_detail=self._detail(raw),
+            stop_detail=end_detail(self, raw),
             counters=raw.counters,
             evaluator=self._evaluator,
             subject=self.mechanism,
@@ -713,17 +498,3 @@ class Simulator:
             latex=self.mechanism.latex_names,
             source=self.source,
         )
-
-    def _detail(self, raw: RawRun) -> str:
-        if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
-            return ""
-        if raw.stop_reason is StopReason.LEFT_DOMAIN:
-            mode = self.outline.modes[raw.mode]
-            bound = mode.transitions[raw.stop_transition].bound
-            return self.mechanism.outline.domain[bound].meaning if bound is not None else ""
-        guide = all(c.bilateral for c in self.mechanism.outline.contacts)
-        if guide and raw.stop_reason is StopReason.SINGULAR:
-            return _GUIDE_MEETS
-        if len(self.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:
-            return _JAM
-        return raw.stop_reason.advice

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import Any
-
-from painleve_sym.files import to_plain
 
 
 class LimitKind(enum.Enum):
@@ -62,16 +59,6 @@ class SingularLimit:
     force_exponent: float
     measured_exponent: float | None
     bounded_force: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data with the documented keys."""
-        return dict(to_plain(self))
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> SingularLimit:
-        """Return what `to_dict` wrote."""
-        own = {"kind": LimitKind(data["kind"]), "eigenvalues": tuple(data["eigenvalues"])}
-        return cls(**(data | own))
 
 
 @dataclass(frozen=True)

@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-import importlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz, table_library
-from painleve_sym.checks import checked_number, names_of, number, text_of, whole_number
+from painleve_sym.checks import names_of, number, text_of, whole_number
 from painleve_sym.choices import chosen
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.contacts.model import ENERGIES, LOSSES
-from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords, dense_values
 from painleve_sym.errors import EventKind, InputError, StopReason, received, unknown_name
-from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.files import of_plain, plain_fields, to_plain
+from painleve_sym.hooks import upper
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice, balance_residual
 from painleve_sym.motion.energy_gains import EnergyGain, notices
 from painleve_sym.motion.pressing import ContactSurface, pressing_notices
+from painleve_sym.motion.records import EngineOutputs, EventRecord, Film, MotionNames, Segment
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
 from painleve_sym.notebooks import Shown
@@ -39,124 +39,6 @@ if TYPE_CHECKING:
     from painleve_sym.motion.run_record import RunRecord
 
 FORMAT = "painleve-sym trajectory 2"
-
-
-@dataclass(frozen=True)
-class EventRecord(Shown):
-    """An event of a run.
-
-    Attributes
-    ----------
-    time : float
-        s.
-    kind : EventKind
-    mode_before, mode_after : str
-    state : dict of str to float
-        Coordinates, velocities and further states just after the event.
-    normal_force, tangential_force : float
-        Just before the event; N.
-    compression : float
-        δ = −g_N; m.
-    alternatives : tuple of str
-        Rigid motion, where there were several solutions: the modes of all those of the contact
-        problem, and ``reverse_chatter`` where a contact at rest can also leave in growing bounces.
-    contact : str
-        Name of the contact; empty where all contacts are meant.
-    impulses : tuple of float
-        An impact of two rigid contacts: P_n and P_t of each; N s.
-
-    Examples
-    --------
-    >>> import painleve_sym as ps
-    >>> run = ps.simulate("rod", "bilinear-hertz", t_end=1e-2)
-    >>> event = run.events[0]
-    >>> event.kind, event.mode_before, event.mode_after
-    (<EventKind.SLIP_STOP: 'slip_stop'>, 'slip_neg/compression', 'stick/compression')
-    >>> f"{event.time:.6f} s, {event.normal_force:.2f} N, theta = {event.state['theta']:.5f} rad"
-    '0.003509 s, 465.37 N, theta = 1.00389 rad'
-    """
-
-    time: float
-    kind: EventKind
-    mode_before: str
-    mode_after: str
-    state: dict[str, float]
-    normal_force: float
-    tangential_force: float
-    compression: float
-    alternatives: tuple[str, ...] = ()
-    contact: str = ""
-    impulses: tuple[float, ...] = ()
-
-    def __repr__(self) -> str:
-        """Return kind, contact, time, modes and forces in one line."""
-        of = f" of {self.contact}" if self.contact else ""
-        forces = f"F_n = {self.normal_force:.6g} N, F_t = {self.tangential_force:.6g} N"
-        modes = f"{self.mode_before} to {self.mode_after}"
-        return f"EventRecord {self.kind}{of} at t = {self.time:.6g} s: {modes}, {forces}"
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A stretch of time in one mode: [t_start, t_end], steps first..last of the trajectory."""
-
-    mode: str
-    t_start: float
-    t_end: float
-    first_step: int
-    last_step: int
-
-
-@dataclass(frozen=True)
-class MotionNames:
-    """Names that all motions of a simulator share.
-
-    `choices` are the law's, `contacts` in the mechanism's order, `units` and `latex` those of
-    coordinates, velocities and parameters, `source` the works on the mechanism, the laws and the
-    integrator.
-    """
-
-    mechanism: str
-    law: str
-    choices: dict[str, str]
-    states: tuple[str, ...]
-    memory: tuple[str, ...]
-    outputs: tuple[str, ...]
-    engine: str
-    contacts: tuple[str, ...]
-    units: dict[str, str]
-    latex: dict[str, str]
-    source: str
-
-
-@dataclass(frozen=True)
-class EngineOutputs:
-    """Outputs of a motion (forces, gaps, energies), which the engine of the run computes.
-
-    `tapes` returns the outputs of each mode as tapes; it is called where a motion is saved or
-    pickled.
-    """
-
-    engine: Engine
-    tapes: Callable[[], TapeOutputs]
-
-    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
-        """Return the outputs at n points, shape (n, no)."""
-        return self.engine.outputs(modes, states, memory, constants)
-
-    def portable(self) -> TapeOutputs:
-        """Return the tapes of the outputs."""
-        return self.tapes()
-
-
-class Film(Protocol):
-    """An animation of a motion; see `Animation` in `painleve_sym.present.animation`."""
-
-    def save(self, path: str | Path) -> None:
-        """Write it as GIF, MP4 or HTML, as the suffix says."""
-
-    def html(self) -> str:
-        """Return it as HTML with play, pause and a slider."""
 
 
 @dataclass(frozen=True)
@@ -713,12 +595,7 @@ class Trajectory(Shown):
         InputError
             The trajectory holds no steps.
         """
-        if width is not None and checked_number(width, "width", above=0.0)[1]:
-            raise InputError(
-                f"trajectory figure: width: got {received(width)}, need a number > 0 of inches. "
-                "Fix: to write a file, plot().savefig(...)."
-            )
-        figure: Figure = _drawing("trajectory_figure").trajectory_figure(self, width)
+        figure: Figure = upper("plot")(self, width)
         return figure
 
     def animate(
@@ -748,18 +625,7 @@ class Trajectory(Shown):
         >>> film.html().startswith("<figure")
         True
         """
-        if mechanism is not None and not isinstance(mechanism, Mechanism):
-            raise InputError(
-                f"animation: mechanism: got {received(mechanism)}, need a Mechanism. "
-                "Fix: to write a file, animate().save(...)."
-            )
-        drawn = mechanism or self.subject
-        if drawn is None:
-            raise InputError(
-                "animation: the trajectory comes from a file or another process, which do not "
-                "keep the mechanism. Fix: give it, such as animate(model('rod'))."
-            )
-        film: Film = _drawing("animation").Animation(self, drawn, duration=duration, width=width)
+        film: Film = upper("animate")(self, mechanism, duration, width)
         return film
 
     def explore(self) -> Any:
@@ -773,25 +639,7 @@ class Trajectory(Shown):
         CompilerMissing
             The module is not part of the package and there is no compiler for WebAssembly.
         """
-        record = self.record
-        if isinstance(record, StoredRecord):
-            raise InputError(
-                "explorer: the trajectory comes from a file or another process, which do not keep "
-                "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."
-            )
-        simulator, start = record.simulator, record.start
-        mechanism = simulator.mechanism
-        page = importlib.import_module("painleve_sym.explorer.page").explore(
-            mechanism,
-            simulator.law,
-            dict(zip(mechanism.state_names, start.state.tolist(), strict=False)),
-            parameters={n: start.place.parameters[n] for n in mechanism.parameters},
-            law_parameters={
-                p.name: start.place.parameters[p.name] for p in simulator.own_parameters
-            },
-            t_end=self.final_time,
-        )
-        return page.widget()
+        return upper("explore")(self)
 
     # ---- files ----
 
@@ -873,12 +721,8 @@ class Trajectory(Shown):
             steps=steps,
             mode_names=modes,
             final_mode=text["final_mode"],
-            events=tuple(_event(e) for e in text["events"]),
-            reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
-            energy_gains=tuple(EnergyGain.from_dict(g) for g in text.get("energy_gains", ())),
+            **{n: of_plain(kind, text.get(n, ())) for n, kind in _FOUND.items()},
             constants=arrays["constants"],
-            body_periods=tuple(BodyPeriod(**p) for p in text.get("body_periods", ())),
-            surfaces=tuple(ContactSurface(**c) for c in text.get("surfaces", ())),
             scales=text.get("scales", {}),
             inputs=dict(text.get("inputs", {})),
         )
@@ -898,7 +742,7 @@ class Trajectory(Shown):
             **{k: arrays[k] for k in ("final_state", "final_memory")},
             stop_reason=StopReason.from_label(text["stop_reason"]),
             evaluator=evaluator,
-            limit=SingularLimit.from_dict(text["limit"]) if text.get("limit") else None,
+            limit=of_plain(SingularLimit | None, text.get("limit")),
         )
 
 
@@ -949,18 +793,14 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def _drawing(module: str) -> Any:
-    # Figures stand above motions: loaded when asked for, never needed here.
-    return importlib.import_module(f"painleve_sym.present.{module}")
-
-
-def _event(data: dict[str, Any]) -> EventRecord:
-    lists = {name: tuple(data[name]) for name in ("alternatives", "impulses")}
-    kind: dict[str, Any] = {"kind": EventKind(data["kind"])}
-    return EventRecord(**(data | lists | kind))
-
-
-# What a file has of the names, of the trajectory itself, and as arrays.
+# What a file has of the record, of the names, of the trajectory itself, and as arrays.
+_FOUND = {
+    "events": tuple[EventRecord, ...],
+    "reverse_chatter": tuple[ReverseChatter, ...],
+    "energy_gains": tuple[EnergyGain, ...],
+    "body_periods": tuple[BodyPeriod, ...],
+    "surfaces": tuple[ContactSurface, ...],
+}
 _NAMES = ("mechanism", "law", "choices", "engine", "contacts", "units", "latex")
 _OWN = ("parameters", "rtol", "final_time", "stop_detail", "counters")
 _ARRAYS = (

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number, whole_number
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, received
 from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -156,6 +156,24 @@ class Animation:
     def _repr_html_(self) -> str:
         """Return the film for notebooks."""
         return self.html()
+
+
+def animated(
+    trajectory: Trajectory, mechanism: Mechanism | None, duration: float, width: int
+) -> Animation:
+    """Return the film of a motion; see `Trajectory.animate`."""
+    if mechanism is not None and not isinstance(mechanism, Mechanism):
+        raise InputError(
+            f"animation: mechanism: got {received(mechanism)}, need a Mechanism. "
+            "Fix: to write a file, animate().save(...)."
+        )
+    drawn = mechanism or trajectory.subject
+    if drawn is None:
+        raise InputError(
+            "animation: the trajectory comes from a file or another process, which do not "
+            "keep the mechanism. Fix: give it, such as animate(model('rod'))."
+        )
+    return Animation(trajectory, drawn, duration=duration, width=width)
 
 
 def check_encoder(suffix: str) -> None:

@@ -13,7 +13,8 @@ from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.records import EventRecord
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.notebooks import Shown
 from painleve_sym.present.map_figure import map_figure
 from painleve_sym.present.style import CONTACTS, DASHES, NORMAL, styled, svg_text

@@ -14,9 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from painleve_sym.arrays import Array
-from painleve_sym.errors import InputError
+from painleve_sym.checks import checked_number
+from painleve_sym.errors import InputError, received
 from painleve_sym.escape import figure_text
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.records import EventRecord
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.present.style import (
     CONTACTS,
     DASHES,
@@ -161,6 +163,11 @@ def trajectory_figure(trajectory: Trajectory, width: float | None = None) -> Fig
     The width is in inches, by default that of a page; a column has no magnified panels.
     InputError where the trajectory holds no steps.
     """
+    if width is not None and checked_number(width, "width", above=0.0)[1]:
+        raise InputError(
+            f"trajectory figure: width: got {received(width)}, need a number > 0 of inches. "
+            "Fix: to write a file, plot().savefig(...)."
+        )
     if not len(trajectory.step_time):
         why = f"the run ended at its start ({trajectory.stop_reason.label})"
         raise InputError(

@@ -10,18 +10,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify_at
 from painleve_sym.contacts.closing import closing_hint
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact_at
 from painleve_sym.contacts.inputs import inside, place_of
-from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.engines.protocol import DEFAULT_RTOL, RunSettings
 from painleve_sym.errors import EventKind, InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
@@ -35,7 +33,7 @@ from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.mechanics.toml.lines import TomlLines, toml_lines
 from painleve_sym.motion.rigidity import body_periods, rigidity_notices
-from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import in_unit
 
@@ -45,6 +43,7 @@ if TYPE_CHECKING:
 MAX_SAMPLES = 1_000_000
 MAX_FILE = 1_000_000
 """Size limit of a scenario file in bytes; guards against special files."""
+_SETTINGS = ("t_end", "until", "rtol", "max_steps", "max_events")
 MAX_COUNT = 1_000_000_000
 """Of steps and events: what still fits into memory and into the engine's integers."""
 
@@ -185,8 +184,9 @@ class Scenario:
             )
         own, given = self.parameters, self.law_parameters
         where, law_name = f"mechanism {mechanism.name!r}", f"law {self.law!r}"
-        provided = material_values(where, pair, declared, {*own, *varied})
-        provided_to_law = material_values(law_name, pair, of_law, {*given, *varied})
+        axes = dict.fromkeys(varied)
+        provided = material_values(where, pair, declared, {**axes, **own})
+        provided_to_law = material_values(law_name, pair, of_law, {**axes, **given})
         return self._with(
             parameters={**provided, **own}, law_parameters={**provided_to_law, **given}
         )
@@ -242,14 +242,27 @@ class Scenario:
     # ---- questions ----
 
     @property
-    def friction_notice(self) -> str:
-        """Statement on the rigid contact problem under the friction law; empty for Coulomb's."""
+    def contact_notices(self) -> tuple[str, ...]:
+        """Sentences on the rigid contact problem: its friction law, bodies that have modes."""
         kind = offered_choices(self.contact_law()).get("friction") if self.law else None
-        return FRICTION_NOTICES.get(kind or "", "")
+        of_friction = FRICTION_NOTICES.get(kind or "")
+        own = (of_friction,) if of_friction else ()
+        return (*own, *self.mechanism().outline.truncation_notices)
 
     def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""
         return classify_at(self.place)
+
+    @property
+    def settings(self) -> RunSettings:
+        """The settings of a motion, checked; InputError where there is no end time."""
+        if self.t_end is None:
+            raise InputError(
+                f"{self.where}: no end time, and a motion needs one. "
+                "Fix: give --t-end in s, or t_end in a file."
+            )
+        given = {name: getattr(self, name) for name in _SETTINGS}
+        return RunSettings.of(self.where, {n: v for n, v in given.items() if v is not None})
 
     def simulate(self) -> Trajectory:
         """Return the compliant or rigid motion from the state.
@@ -257,32 +270,18 @@ class Scenario:
         InputError, before anything is compiled, for what is missing, unknown or out of range.
         """
         contact_law, place = self.contact_law(), inside(self.place)
-        if self.t_end is None:
-            raise InputError(
-                f"{self.where}: no end time, and a motion needs one. "
-                "Fix: give --t-end in s, or t_end in a file."
-            )
-        named = {"max_steps": self.max_steps, "max_events": self.max_events}
-        limits: dict[str, Any] = {k: v for k, v in named.items() if v is not None}
-        number(self.t_end, "t_end", where=self.where, above=0.0)
+        settings = self.settings
         if self.samples is not None and not 2 <= self.samples <= MAX_SAMPLES:
             raise InputError(f"{self.where}: samples: got {self.samples}, need 2 to {MAX_SAMPLES}.")
         chosen(EngineName, self.engine, "engine", self.where)
-        # Built for its checks: the simulator makes its own once the code is compiled.
-        RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
-        simulator = Simulator(place.mechanism, contact_law, self.engine)
-        options: dict[str, Any] = {
-            "t_end": self.t_end,
-            "parameters": place.parameters,
-            "law_parameters": self.law_parameters,
-            "until": self.until,
-            "rtol": self.rtol,
-            "material": self.material,
-            **limits,
-        }
-        if self.initial_force is not None:
-            options["initial_force"] = self.initial_force
-        return simulator.run(place.state, **options)
+        return Simulator(place.mechanism, contact_law, self.engine).run(
+            place.state,
+            parameters=place.parameters,
+            law_parameters=self.law_parameters,
+            material=self.material,
+            initial_force=self.initial_force,
+            **settings.arguments(),
+        )
 
     def jump(self) -> JumpResult | TangentialImpact:
         """Return the velocity jump at the state, which must be on the surface."""
@@ -297,9 +296,9 @@ class Scenario:
             return tangential_impact_at(inside(self.place))
         coefficient = {rule.parameter.name: self.coefficient_of(rule)}
         place = inside(self._place(rule.parameter, **coefficient))
-        at = contact_numbers(mechanism)(place.values)
-        gap = at["gap"]
-        if abs(gap) > at["gap_tolerance"]:
+        at = Delassus.of(mechanism).at(place.values)
+        gap = float(at.gap[0])
+        if abs(gap) > at.gap_tolerance[0]:
             side = "inside the ground" if gap < 0 else "above the ground"
             raise InputError(
                 f"jump of {mechanism.name!r}: the contact starts {side}, gap = {gap:g} m, need 0. "

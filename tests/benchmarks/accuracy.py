@@ -26,6 +26,7 @@ from painleve_sym.papers.impact_resolution.runs import Workbench
 from tests.benchmarks.cases import MOTIONS, Case, K, N
 from tests.benchmarks.package_peer import NAMES, STIFF, PackagePeer
 from tests.benchmarks.peers import HeyokaPeer, SciPyPeer, SundialsPeer
+from tests.support.paper_law import paper_law
 
 ENGINES = tuple(NAMES)
 TOLERANCES = tuple(10.0**-k for k in (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14))
@@ -231,7 +232,7 @@ SHARE = 0.05
 
 def _slip(engine: str, start: str) -> tuple[Simulator, Callable[[RunOptions], RawRun], Any]:
     state, force = STARTS[start].state, STARTS[start].force
-    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), engine)
+    simulator = Simulator(model("rod"), paper_law(reload="virgin"), engine)
     full = {n: state.get(n, 0.0) for n in simulator.mechanism.state_names}
     begin = simulator.start(simulator.at(full, STIFF), force)
 

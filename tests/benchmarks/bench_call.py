@@ -17,11 +17,13 @@ from typing import Any
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
+from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.laws.catalogue import Law, law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.simulate import simulate
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 LIMIT = 60e-6
 """Wanted of a call for the impact of Table 3, s."""
@@ -42,7 +44,7 @@ LADDER = Path(__file__).parents[2] / "examples" / "mechanisms" / "ladder.toml"
 
 def cases() -> dict[str, tuple[Mechanism, Law, dict[str, Any]]]:
     """Return mechanism, law and arguments of `run`, by title."""
-    hertz, rod = law("bilinear-hertz", reload="virgin"), model("rod")
+    hertz, rod = paper_law(reload="virgin"), model("rod")
     impact = {"parameters": {"E": 20.9e14}, "t_end": 0.01, "until": "separation"}
     bounce = {"state": TABLE_3 | {"y_A": 0.001}, "t_end": 0.05}
     fall = {"state": FALL, "t_end": 0.2}
@@ -75,7 +77,7 @@ def measure(seconds: float = 1.0) -> dict[str, dict[str, float]]:
         simulator, options = Simulator(mechanism, chosen), dict(given)
         place = simulator.at(options.pop("state"), options.pop("parameters", None))
         start = simulator.start(place)
-        ready = simulator.options(start.scale, **options)
+        ready = simulator.options(start.scale, RunSettings(**options))
         engine = simulator.integrator
         arguments = start.state, start.parameters, ready
         whole, alone = simulator.run(**given), engine.run(*arguments)
@@ -96,7 +98,11 @@ def named(seconds: float = 1.0) -> dict[str, dict[str, float]]:
     state, stiffness = given["state"], options.pop("parameters")
     simulator = Simulator(mechanism, chosen)
     start = simulator.start(simulator.at(state, stiffness))
-    arguments = start.state, start.parameters, simulator.options(start.scale, **options)
+    arguments = (
+        start.state,
+        start.parameters,
+        simulator.options(start.scale, RunSettings(**options)),
+    )
     engine = simulator.integrator
     calls: dict[str, Callable[[], Any]] = {
         "engine": lambda: engine.run(*arguments),

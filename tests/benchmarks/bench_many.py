@@ -29,7 +29,6 @@ import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.taylor.runner import TaylorEngine
-from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.batch import run as batch_run
 from painleve_sym.motion.batch.machine import processor_count
@@ -38,6 +37,7 @@ from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
 from tests.benchmarks import cases, peers
 from tests.benchmarks.cases import ROD, Rod
+from tests.support.paper_law import paper_law
 
 TARGET = 1e-9
 RANGES = {
@@ -61,7 +61,7 @@ def package_batch(
     given: dict[str, np.ndarray], tol: float, threads: int, engine: str = "compiled"
 ) -> tuple[BatchResult, float, float]:
     """Return result, processor time and wall time."""
-    simulator = Simulator(rod(), law("bilinear-hertz", reload="virgin"), engine)
+    simulator = Simulator(rod(), paper_law(reload="virgin"), engine)
     return timed(simulator, *rod_rows(given), tol, threads)
 
 
@@ -309,7 +309,7 @@ def lanes(count: int, repeats: int = 3) -> dict[str, dict[str, float]]:
     ratios = {}
     given = impacts(round(count**0.25))
     for name, rows in (("rod", rod_rows(given)), ("two-link-arm", arm_rows(count))):
-        simulator = Simulator(model(name), law("bilinear-hertz", reload="virgin"), "taylor")
+        simulator = Simulator(model(name), paper_law(reload="virgin"), "taylor")
         engine = simulator.integrator
         assert isinstance(engine, TaylorEngine)
         best = {"one": np.inf, "all": np.inf}

@@ -18,8 +18,8 @@ import pytest
 
 from painleve_sym.choices import EngineLike
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 LIMIT = 3.0
 """Plain runs of the engine."""
@@ -48,7 +48,7 @@ def ratio(plain: Callable[[], Any], whole: Callable[[], Any], runs: int, rounds:
 
 def simulator(engine: EngineLike) -> Simulator:
     """Return the rod of any moment of inertia on a compliant contact."""
-    return Simulator(model("rod-inertia"), law("bilinear-hertz", reload="virgin"), engine)
+    return Simulator(model("rod-inertia"), paper_law(reload="virgin"), engine)
 
 
 def loops(sim: Simulator, rtol: float) -> tuple[Callable[[], Any], Callable[[], Any]]:

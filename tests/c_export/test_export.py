@@ -83,6 +83,61 @@ def test_export_compiles_without_warnings_and_follows_bounces_into_rest(bouncing
     assert kinds[kinds.index("settle:") + 1] == "contact:"
 
 
+def test_export_without_memory_returns_null_and_keeps_none(bouncing):
+    """Each allocation of a run fails in turn; what was allocated before it is freed."""
+    (bouncing.folder / "allocate.h").write_text(
+        """
+#include <stdlib.h>
+extern long allocated, fail_at;
+void *allocate(void *old, size_t size);
+static inline void *zeros(size_t n, size_t size) {
+  char *block = (char *)allocate(NULL, n * size);
+  for (size_t i = 0; block && i < n * size; i++) block[i] = 0;
+  return block;
+}
+static inline void release(void *block) { if (block) allocated--; free(block); }
+#define malloc(size) allocate(NULL, size)
+#define calloc(n, size) zeros(n, size)
+#define realloc(old, size) allocate(old, size)
+#define free(block) release(block)
+"""
+    )
+    (bouncing.folder / "starve.c").write_text(
+        """
+#include "sledge_model.h"
+#include <stdio.h>
+#undef realloc
+long allocated = 0, fail_at = 0;
+void *allocate(void *old, size_t size) {
+  if (fail_at-- == 0) return NULL;
+  if (!old) allocated++;
+  return realloc(old, size);
+}
+int main(void) {
+  const double *p = sledge_default_parameters;
+  for (long k = 0;; k++) {
+    double x[SLEDGE_STATES] = {0.0, 0.01, 1.0, 0.0};
+    sledge_options o;
+    sledge_complete_state(p, x);
+    sledge_default_options(p, x, 3.0, 1e-9, &o);
+    fail_at = k;
+    sledge_run *run = sledge_simulate(p, x, &o);
+    const int ended = run != NULL;
+    sledge_free(run);
+    if (allocated) return printf("%ld: %ld kept\\n", k, allocated);
+    if (ended) return printf("%ld failed\\n", k) < 0;
+  }
+}
+"""
+    )
+    sources = sorted(p.name for p in bouncing.folder.glob("sledge_*.c"))
+    flags = ("-O0", "-include", "allocate.h", "-o", "starve")
+    run(*find_compiler().command, *flags, "starve.c", *sources, "-lm", cwd=bouncing.folder)
+    failed = int(run("./starve", cwd=bouncing.folder).split()[0])
+    # The run, the values given back, its events, and steps and events that need more room.
+    assert failed >= 5
+
+
 def test_export_states_and_tolerances_of_any_start_are_the_packages(bouncing, pressed):
     rng = np.random.default_rng(7)
     for done in (bouncing, pressed):

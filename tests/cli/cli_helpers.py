@@ -17,7 +17,7 @@ TABLE_2 = "theta=0.5,theta_dot=5,x_A_dot=-1"
 TABLE_3 = "theta=1,theta_dot=1,x_A_dot=-1"
 TABLE_4 = "theta=1,theta_dot=5,x_A_dot=-1"
 LAW = ("--law", "bilinear-hertz")
-STIFF = (*LAW, "--law-set", "E=20.9e14,e_energetic=0.75,reload=virgin")
+STIFF = (*LAW, "--law-set", "E=20.9e14,n=1.764,e_energetic=0.75,reload=virgin")
 
 
 def run(capsys, *arguments):

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from painleve_sym.cli.texts import COMMANDS
+from painleve_sym.cli.commands import COMMANDS
 from tests.cli.cli_helpers import run, run_json
 
 

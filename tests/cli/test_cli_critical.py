@@ -10,13 +10,13 @@ import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
-from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.present.outcome_figure import outcome_figure
 from painleve_sym.present.style import write_figure
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap, outcome_map
 from tests.cli.cli_helpers import STIFF, TABLE_3, TABLE_4, run, run_json
+from tests.support.paper_law import paper_law
 
 ROD = ("critical", "rod", "--state", TABLE_4)
 STATE = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
@@ -81,7 +81,7 @@ def test_critical_map_over_the_approach_as_text(capsys):
 
 
 def test_outcome_map_leaves_out_what_is_not_indeterminate(tmp_path):
-    finder = CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz")))
+    finder = CriticalForceFinder(Simulator(model("rod"), paper_law()))
     outcomes = outcome_map(
         finder,
         STATE,

@@ -8,7 +8,7 @@ import pytest
 from painleve_sym.cli import main
 
 CASE = ["jump", "rod", "--state", "theta=1,theta_dot=1,x_A_dot=-1"]
-HERTZ = [*CASE, "--law", "bilinear-hertz", "--law-set", "E=20.9e14"]
+HERTZ = [*CASE, "--law", "bilinear-hertz", "--law-set", "E=20.9e14,n=1.764"]
 KEYS = {
     *("law", "configuration", "method", "stiffness", "exponent", "initial_compression"),
     *("largest_compression", "duration", "end", "phases", "final"),

@@ -53,6 +53,24 @@ def test_material_of_a_scenario_and_of_a_map(capsys, tmp_path):
         (("simulate", "rod", *LAW, "--material", "steel,wood", "--t-end", "1"), "of two bodies"),
         (("classify", "rod-inertia", "--material", "steel"), "nothing here depends on a material."),
         (("map", "block", "--over", "mu,m", "--material", "wood"), "map: material wood: nothing"),
+        (
+            (
+                "simulate",
+                "rod",
+                *LAW,
+                "--law-set",
+                "n=1.764",
+                "--material",
+                "steel",
+                "--t-end",
+                "1",
+            ),
+            "by Hertz's theory, with n = 1.5 alone. Fix: leave n out",
+        ),
+        (
+            ("jump", "rod", *START, *LAW, "--law-set", "n=1.764", "--material", "steel"),
+            "got material steel with n = 1.764",
+        ),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(capsys, command, message):

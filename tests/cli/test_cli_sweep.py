@@ -19,11 +19,10 @@ def file(tmp_path, monkeypatch):
 
 
 def test_sweep_writes_the_result_and_prints_what_it_holds(capsys, file, tmp_path):
-    code, out, err = run(capsys, "sweep", file, "--out", "small.npz", "--threads", "1")
+    code, out, _ = run(capsys, "sweep", file, "--out", "small.npz", "--threads", "1")
     assert code == 0
     assert "36 points over theta [rad], theta_dot [rad/s], mu [1]" in out
     assert "ended by 36 until" in out
-    assert "painleve: 36 of 36 points" in err
     assert sorted(p.name for p in tmp_path.iterdir()) == ["small.npz", "small.toml"]
     with np.load("small.npz") as data:
         assert data["final_theta_dot"].shape == (4, 3, 3)
@@ -77,9 +76,16 @@ def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, m
         code, _, err = run(capsys, "sweep", file, "--out", "small.npz")
     assert code == 130
     assert "small.npz.parts; the same command resumes there" in err
-    code, _, err = run(capsys, "sweep", file, "--out", "small.npz")
+    starts = []
+
+    def write_and_note(self, start, chunk):
+        starts.append(start)
+        write(self, start, chunk)
+
+    monkeypatch.setattr(Store, "write", write_and_note)
+    code, _, _ = run(capsys, "sweep", file, "--out", "small.npz")
     assert code == 0
-    assert "painleve: 20 of 36 points" in err
+    assert starts[0] == 20
 
 
 @pytest.mark.parametrize(

@@ -7,24 +7,26 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.codegen import quantities
+from painleve_sym.codegen import derivation_cache, quantities
 from painleve_sym.codegen.compile import compiler_mark
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.compliant import CompliantContact
-from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.model import ContactModel
+from painleve_sym.contacts.delassus import Delassus
+from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines import source
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import CompilerMissing
+from painleve_sym.files import of_plain, to_plain
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import law
@@ -132,7 +134,7 @@ def test_coefficients_stay_at_hand_beside_a_cached_engine(cache):
     assert simulator.mechanism.coefficients.W_nn == 1 / M.symbol
     outline = Outline.of(simulator.automaton)
     assert simulator.outline == outline
-    assert Outline.of_data(json.loads(json.dumps(outline.to_data()))) == outline
+    assert of_plain(Outline, json.loads(json.dumps(to_plain(outline)))) == outline
 
 
 def changed():
@@ -149,7 +151,8 @@ def changed():
 @pytest.mark.parametrize("part", changed())
 def test_key_changes_with_the_mechanism(part):
     keys = {
-        entry_key("engine", ContactModel(m, (law("hertz"),))) for m in (sledge(), changed()[part])
+        entry_key("engine", ContactDerivation(m, (law("hertz"),)))
+        for m in (sledge(), changed()[part])
     }
     assert len(keys) == 2
 
@@ -157,22 +160,24 @@ def test_key_changes_with_the_mechanism(part):
 def test_key_does_not_change_with_the_default_of_a_parameter():
     other = Parameter("m", 2.0, "kg", "mass", 0.0, lower_closed=False)
     alike = [sledge(), sledge(parameters=(other, MU, G)), sledge().with_parameters(mu=0.1)]
-    assert len({entry_key("engine", ContactModel(m, (law("hertz"),))) for m in alike}) == 1
+    assert len({entry_key("engine", ContactDerivation(m, (law("hertz"),))) for m in alike}) == 1
 
 
 def test_key_changes_with_the_law_and_its_choices():
-    builders = [ContactModel(sledge(), (law(n),)) for n in ("hertz", "linear", "bilinear-hertz")]
-    builders.append(ContactModel(sledge(), (law("bilinear-hertz", reload="elastic"),)))
-    builders.append(ContactModel(sledge(), (law("bilinear-hertz", reload="virgin"),)))
+    builders = [
+        ContactDerivation(sledge(), (law(n),)) for n in ("hertz", "linear", "bilinear-hertz")
+    ]
+    builders.append(ContactDerivation(sledge(), (law("bilinear-hertz", reload="elastic"),)))
+    builders.append(ContactDerivation(sledge(), (law("bilinear-hertz", reload="virgin"),)))
     builders += [
-        ContactModel(sledge(), (RigidLaw(restitution, policy),))
+        ContactDerivation(sledge(), (RigidLaw(restitution, policy),))
         for restitution in ("newton", "poisson", "energetic")
         for policy in ("liftoff", "slip", "impact")
     ]
     keys = [entry_key("engine", b) for b in builders]
     # One of the reload rules is the default.
     assert len(set(keys)) == len(keys) - 1
-    assert entry_key("engine", ContactModel(sledge(), (law("hertz"),))) == keys[0]
+    assert entry_key("engine", ContactDerivation(sledge(), (law("hertz"),))) == keys[0]
 
 
 def test_thing_without_a_definition_has_no_key():
@@ -181,7 +186,8 @@ def test_thing_without_a_definition_has_no_key():
 
 def test_builder_without_a_definition_is_derived_each_time(cache):
     class Bare:
-        automaton = ContactModel(sledge(), (law("hertz"),)).automaton
+        title = "sledge on a Hertz contact"
+        automaton = ContactDerivation(sledge(), (law("hertz"),)).automaton
 
     assert make_engine(Bare()).outline == Outline.of(Bare.automaton)
     assert entries(cache) == []
@@ -199,7 +205,7 @@ DAMAGES = {
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_damaged_entry_is_made_anew(cache, damage):
     first = simulators()[0].run(START, t_end=0.2)
-    numbers = contact_numbers(sledge())
+    numbers = Delassus.of(sledge()).contact_quantities
     whole = {path: path.read_bytes() for path in entries(cache)}
     assert len(whole) == 2  # the engine, the numbers of its contact
     for path, text in whole.items():
@@ -207,7 +213,7 @@ def test_damaged_entry_is_made_anew(cache, damage):
     quantities._stored.cache_clear()
     again = simulators()[0].run(START, t_end=0.2)
     assert np.array_equal(again.final_state, first.final_state)
-    assert contact_numbers(sledge()).names == numbers.names
+    assert Delassus.of(sledge()).contact_quantities.names == numbers.names
     assert {path: path.read_bytes() for path in entries(cache)} == whole
 
 
@@ -216,6 +222,7 @@ class Decay:
     """A builder of the smallest automaton there is: quick to compile."""
 
     rate: int
+    title: ClassVar[str] = "decay"
 
     @property
     def automaton(self):
@@ -320,3 +327,25 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
     assert len(ends) == 1
     assert len(entries(cache)) == 2  # the description of the named mechanism, and the engine
     assert all(read_entry(path.stem.removeprefix("painleve-")) for path in entries(cache))
+
+
+def test_entry_depends_on_the_folders_that_derive_it(monkeypatch):
+    changed = dict.fromkeys(("mechanics", "contacts", "engines", "motion"), "")
+    monkeypatch.setattr(derivation_cache, "_code", lambda folder: changed.get(folder, folder))
+    of = {
+        "mechanism": derivation_cache.MECHANISM,
+        "formulas": derivation_cache.FORMULAS,
+        "engine": derivation_cache.ENGINE,
+    }
+    deriving = {
+        "mechanics": {"mechanism", "formulas", "engine"},
+        "contacts": {"formulas", "engine"},
+        "engines": {"engine"},
+        "motion": set(),
+    }
+    keys = {name: entry_key("title", by=folders) for name, folders in of.items()}
+    for folder, again in deriving.items():
+        monkeypatch.setitem(changed, folder, "changed")
+        others = {name for name in of if entry_key("title", by=of[name]) != keys[name]}
+        monkeypatch.setitem(changed, folder, "")
+        assert others == again, folder

@@ -7,12 +7,6 @@ import painleve_sym as ps
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.contact_numbers import (
-    all_contact_numbers,
-    contact_numbers,
-    couplings,
-    domain_margins,
-)
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
@@ -76,28 +70,6 @@ def test_contact_numbers_are_evaluated_once(monkeypatch):
         ps.classify(model(name), model(name).start)
         (names,) = calls
         assert "W_0_0" in names and "margin_0" in names
-
-
-@pytest.mark.parametrize("name", ["rod", "block-two-feet", "painleve-klein"])
-def test_numbers_of_all_contacts_are_those_of_each(name):
-    mechanism = model(name)
-    values = {**dict.fromkeys(mechanism.state_names, 0.1), **mechanism.parameters}
-    every, n = all_contact_numbers(mechanism, values), len(mechanism.contacts)
-    own = [contact_numbers(mechanism, i)(values) for i in range(n)]
-    for key in ("gap", "gap_rate", "slip_velocity", "A_stick", "B_stick", "rate_tolerance"):
-        expected = [numbers[key] for numbers in own]
-        np.testing.assert_allclose(getattr(every, key), expected, rtol=1e-14)
-    for i, numbers in enumerate(own):
-        n_row, t_row = 2 * i, 2 * i + 1
-        block = [[numbers["W_nn"], numbers["W_nt"]], [numbers["W_nt"], numbers["W_tt"]]]
-        np.testing.assert_allclose(every.W[n_row : t_row + 1, n_row : t_row + 1], block, rtol=1e-13)
-        assert every.b[n_row : t_row + 1] == pytest.approx([numbers["b_n"], numbers["b_t"]])
-    np.testing.assert_array_equal(every.W, every.W.T)
-    if n > 1:
-        for place, value in couplings(mechanism)(values).items():
-            _, row, column = place.split("_")
-            assert every.W[int(row), int(column)] == pytest.approx(value, rel=1e-13)
-    assert every.margins == pytest.approx(list(domain_margins(mechanism)(values).values()))
 
 
 def test_numbers_of_all_contacts_are_those_of_each_and_their_coupling():

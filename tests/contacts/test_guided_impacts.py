@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
+from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.laws.restitution import RESTITUTIONS
 from tests.support.rigid_impacts import body_rows, energy, mobility, unit
 

@@ -13,7 +13,6 @@ import sympy as sp
 
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
@@ -23,6 +22,7 @@ from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.made_up import positive
+from tests.support.paper_law import paper_law
 
 LAWS = sorted(RESTITUTIONS)
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "impacts.md"
@@ -113,7 +113,7 @@ SOFTENED = {
 
 @pytest.fixture(scope="module")
 def softened():
-    return Simulator(rod(), law("bilinear-hertz"), "compiled")
+    return Simulator(rod(), paper_law(), "compiled")
 
 
 @pytest.mark.parametrize("name", sorted(SOFTENED))

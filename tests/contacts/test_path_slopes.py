@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.path_slopes import ImpactData, impact_slopes, least_norm_slopes
-from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
+from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.laws.restitution import RESTITUTIONS
 
 LAW = st.sampled_from(sorted(RESTITUTIONS))

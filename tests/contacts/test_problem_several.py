@@ -3,6 +3,7 @@
 import itertools
 import math
 import time
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -367,3 +368,40 @@ def test_contact_problem_keeps_its_own_arrays():
     assert problem.W[0, 0] == 1.0
     with pytest.raises(ValueError, match="read-only"):
         problem.b[0] = 3.0
+
+
+# Normal forces that only a tiny friction makes independent are of the size of its inverse, and what
+# is small beside their terms is not rounding. The mobility is L L'; L, b, mu, directions of slip.
+NEARLY_FRICTIONLESS = [
+    (
+        [[-3, -1], [2, 2], [-3, 0], [0, -3], [3, -3], [-2, -1]],
+        [-0.875, -2.375, 0.875, -1.25, 0.75, -0.625],
+        [2.0, 1.0, 1e-10],
+        [1, 0, 0],
+    ),
+    (
+        [[2, 1], [-3, -3], [-1, 1], [-3, -3], [-2, 0], [-2, 3]],
+        [1.375, -1.625, 1.75, 1.75, -2.875, 1.5],
+        [1e-11, 1.0, 1e-9],
+        [-1, -1, 0],
+    ),
+    (
+        [[3, 0], [-3, -1], [-1, 3], [-1, -2], [3, 1], [1, -1]],
+        [-1.625, -1.875, -0.25, 0.75, -0.5, -1.5],
+        [2.0, 2.0, 1e-11],
+        [0, -1, 0],
+    ),
+    ([[2, -2], [2, -1], [-3, 2], [1, 1]], [-2.625, -0.625, -0.375, 2.625], [2.0, 1e-10], [0, 0]),
+]
+
+
+@pytest.mark.parametrize("given", NEARLY_FRICTIONLESS)
+def test_forces_of_tiny_friction_leave_no_open_contact_approaching(given):
+    L, *rest = given
+    data = (np.array(L) @ np.transpose(L)).tolist(), *rest
+    exact, _ = exact_solutions(*_fractions(*data))
+    assert same_sets([s.forces for s in built(data).solutions()], exact)
+
+
+def _fractions(W, b, mu, slip):
+    return [[*map(Fraction, row)] for row in W], [*map(Fraction, b)], [*map(Fraction, mu)], slip

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.impact_class import ImpactClass

@@ -15,7 +15,7 @@ from PIL import Image, ImageFilter
 
 from painleve_sym import explore
 from painleve_sym.errors import CompilerMissing
-from painleve_sym.explorer.page import web_text
+from painleve_sym.explorer.script import web_text
 from tests.browser import chromium, needs_axe, needs_chromium, violations
 from tests.cli.cli_helpers import run_json
 

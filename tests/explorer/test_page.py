@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 
 import painleve_sym as ps
+from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.errors import CompilerMissing
-from painleve_sym.explorer import page, wasm
+from painleve_sym.explorer import page, script, wasm
 from painleve_sym.explorer.first_map import first_map
 from painleve_sym.explorer.prebuilt import STORED, default_law, stored_digest, stored_module
 from painleve_sym.explorer.source import ModuleSource
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice
-from painleve_sym.motion.simulator import DEFAULT_RTOL
 from tests.cli.cli_helpers import run, run_json
 from tests.support.exports import SLEDGE
 
@@ -141,7 +141,7 @@ def test_the_energy_balance_of_a_page_has_the_rule_and_sentence_of_a_run():
     rtol, limit = tolerances["rtol"], tolerances["openFrom"]
     assert rtol == DEFAULT_RTOL
     assert balance_closes(0.999 * limit, rtol) and not balance_closes(limit, rtol)
-    text = re.sub(r"`\s*\+\s*`", "", page.web_text("motion.js"))
+    text = re.sub(r"`\s*\+\s*`", "", script.web_text("motion.js"))
     sentence, _, _ = balance_notice(0.013, rtol).partition(" Fix: ")
     first, _, last = sentence.partition("1.3 %")
     assert f"{first}${{short(100 * residual, 2)}} %" in text
@@ -295,7 +295,7 @@ def test_links_lead_to_the_documentation_that_is_given(capsys, tmp_path):
     run_json(capsys, "explore", "rod", "--docs", "..", "--out", out)
     assert data_of(out.read_text("utf-8"))["docs"] == ".."
     # Every page that a panel names is one of the documentation.
-    named = re.findall(r'"([\w/-]+)",\n +[\["`]|#more\("([\w/-]+)"', page.web_text("page.js"))
+    named = re.findall(r'"([\w/-]+)",\n +[\["`]|#more\("([\w/-]+)"', script.web_text("page.js"))
     names = {a or b for a, b in named}
     assert names == {"impacts", "maps", "complementarity", "reference/events", "explorer", "index"}
     docs = Path(__file__).parents[2] / "docs"
@@ -364,8 +364,8 @@ def test_without_a_compiler_one_sentence_says_what_helps(
 
 def test_each_module_of_the_page_imports_only_earlier_ones():
     seen = set()
-    for name in page.MODULES:
-        imported = set(re.findall(r'from "\./([\w.]+)"', page.web_text(name)))
+    for name in script.MODULES:
+        imported = set(re.findall(r'from "\./([\w.]+)"', script.web_text(name)))
         assert imported <= seen, name
         seen.add(name)
     assert "import " not in re.sub(r"import\(\"", "", page.script())

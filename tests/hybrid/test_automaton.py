@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from painleve_sym.contacts.model import ContactModel
+from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.errors import ModelError
 from painleve_sym.hybrid.automaton import (
     Choice,
@@ -89,7 +89,7 @@ def test_automaton_definitions_are_ordered():
 
 @pytest.mark.parametrize("name", sorted(COMPLIANT_LAWS))
 def test_softened_automaton_is_sound_for_every_law(name):
-    automaton = ContactModel(rod(), (law(name),)).automaton
+    automaton = ContactDerivation(rod(), (law(name),)).automaton
     assert automaton.reachable() == {m.name for m in automaton.modes}
     for m in automaton.modes:
         assert set(m.field) <= set(automaton.states)
@@ -100,7 +100,7 @@ def test_softened_automaton_is_sound_for_every_law(name):
 
 
 def test_diagrams_name_every_mode_and_kind():
-    automaton = ContactModel(rod(), (law("bilinear-hertz"),)).automaton
+    automaton = ContactDerivation(rod(), (law("bilinear-hertz"),)).automaton
     for text in (automaton.mermaid(), automaton.graphviz()):
         for m in automaton.modes:
             assert m.name in text

@@ -9,7 +9,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.contacts.model import ContactModel
+from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.errors import EventKind, ModelError
 from painleve_sym.hybrid.automaton import (
     MOST_TRANSITIONS,
@@ -287,7 +287,7 @@ def test_all_faults_are_collected(automaton, data):
 @pytest.mark.parametrize("builder", ["one contact", "several contacts"])
 def test_automata_of_contacts_miss_every_symbol_that_is_taken_from_them(builder):
     if builder == "one contact":
-        automaton = ContactModel(rod(), (law("bilinear-hertz"),)).automaton
+        automaton = ContactDerivation(rod(), (law("bilinear-hertz"),)).automaton
     else:
         automaton = simulator(FEET, "A=rigid,B=linear").automaton
     for kind in ("states", "parameters", "memory"):
@@ -300,7 +300,7 @@ def test_automata_of_contacts_miss_every_symbol_that_is_taken_from_them(builder)
 
 @pytest.mark.parametrize("name", ["hertz", "bilinear-hertz"])
 def test_automata_of_contacts_miss_every_mode_that_is_taken_from_them(name):
-    automaton = ContactModel(rod(), (law(name),)).automaton
+    automaton = ContactDerivation(rod(), (law(name),)).automaton
     for gone in automaton.modes:
         modes = tuple(m for m in automaton.modes if m is not gone)
         assert any(repr(gone.name) in f for f in faults(automaton, {"modes": modes})), gone.name

@@ -6,8 +6,9 @@ import pytest
 import sympy as sp
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.impact_cases import A_R, E_C, E_R, P_C, P_R, V_N_MINUS, three_phase_jump
+from painleve_sym.laws.impact_cases import three_phase_jump
 from painleve_sym.laws.restitution import RESTITUTIONS, energetic, restitution_law
+from painleve_sym.laws.restitution_equation import A_R, E_C, E_R, P_C, P_R, V_N_MINUS
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
 from painleve_sym.mechanics.models.rods import rod
 from tests.mechanics.made_up import skew_block

@@ -19,8 +19,9 @@ def derived(name: str) -> Mechanism:
 
 
 NAMES = sorted(MODELS)
-ONE_CONTACT = [n for n in NAMES if len(derived(n).contacts) == 1]
-SOFTENED = [n for n in ONE_CONTACT if not derived(n).contact.bilateral]
+ONE_CONTACT = [n for n in NAMES if n != "block-two-feet"]
+SOFTENED = [n for n in ONE_CONTACT if n != "painleve-klein"]
+"""By name, since deriving all of them takes seconds: a test compares them."""
 
 
 def random_numbers(mechanism: Mechanism, rng: np.random.Generator) -> dict[str, float]:

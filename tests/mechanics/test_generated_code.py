@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.contacts.model import ContactModel
+from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law
@@ -114,13 +114,14 @@ def test_mechanism_moves_softened_from_its_start_and_keeps_its_energy(name):
 @pytest.mark.parametrize("name", BELTS)
 def test_mechanism_on_a_belt_counts_the_work_of_the_belt(name):
     assert (
-        ContactModel(derived(name), (law("hertz"),)).builder.states[-1].name == "force_dissipation"
+        ContactDerivation(derived(name), (law("hertz"),)).builder.states[-1].name
+        == "force_dissipation"
     )
 
 
 def test_mechanism_in_a_guide_is_refused_by_a_law_that_only_pushes():
     with pytest.raises(InputError, match="holds from both sides"):
-        ContactModel(derived("painleve-klein"), (law("hertz"),))
+        ContactDerivation(derived("painleve-klein"), (law("hertz"),))
 
 
 def test_mechanism_with_a_parameter_of_the_law_is_refused():

@@ -198,7 +198,7 @@ def test_cases_sliding_rebound_is_the_same_by_every_law(law):
 
 @pytest.mark.parametrize("law", sorted(RESTITUTIONS))
 def test_final_velocity_of_a_law_starts_like_its_separation_velocity(law):
-    from painleve_sym.laws.impact_cases import A_R, E_R, E_R1, P_R, P_R1, V_N_1
+    from painleve_sym.laws.restitution_equation import A_R, E_R, E_R1, P_R, P_R1, V_N_1
 
     rule = restitution_law(law)
     first = rule.final_velocity.subs({V_N_1: 0, P_R1: 0, E_R1: 0})

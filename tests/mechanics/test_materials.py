@@ -21,11 +21,21 @@ from painleve_sym.mechanics.materials import (
     two_materials,
 )
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.motion.law_numbers import values_of_materials
 from painleve_sym.references import references
 from painleve_sym.study.scenario import Scenario
 from painleve_sym.study.sweeps.sweep import Sweep
+from tests.support.paper_law import paper_law
 
-PAGE = (Path(__file__).parents[2] / "docs" / "materials.md").read_text("utf-8")
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "materials.md").read_text("utf-8")
+TEXTS = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").rglob("*.md")),
+    *sorted((ROOT / "docs").rglob("*.ipynb")),
+    *sorted(p for p in (ROOT / "examples").rglob("*") if p.suffix in {".py", ".toml"}),
+]
+"""What users read."""
 
 
 def _values(one):
@@ -100,7 +110,11 @@ def test_laws_of_one_modulus_and_of_two_take_what_materials_provide(name):
 
 def test_elastic_rod_takes_density_and_modulus_and_the_law_of_a_contact_takes_its_own():
     simulator = ps.Simulator(ps.model("rod-bending:1,0"), {"A": ps.law("hertz")})
-    assert simulator.of_materials("wood", {"E": 1.0}) == {"rho": 525.0, "Y": 13e9, "nu": 0.29}
+    assert values_of_materials(simulator, "wood", {"E": 1.0}) == {
+        "rho": 525.0,
+        "Y": 13e9,
+        "nu": 0.29,
+    }
     laws = law("A=hertz,B=bilinear-hertz-two-bodies").parameters
     values = material_values("laws", two_materials("steel"), laws)
     assert values == {"E_A": 2e11, "nu_A": 0.3, "E_1_B": 2e11, "nu_1_B": 0.3, "E_2_B": 2e11,
@@ -149,6 +163,48 @@ point = ["x", "y"]
             mechanism_from_text(text.replace(old, new))
 
 
+def _simulated(**given):
+    ps.simulate("rod", ps.laws.hertz(), {"theta": 1.0}, t_end=1e-4, material="steel", **given)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: _simulated(law_parameters={"n": 1.764}),
+        lambda: ps.simulate(
+            "rod", paper_law(), {"theta": 1.0}, t_end=1e-4, material="steel"
+        ),
+        lambda: values_of_materials(ps.Simulator("rod", paper_law(bodies=2)), "steel,rubber"),
+        lambda: values_of_materials(ps.Simulator("rod", "hunt-crossley"), "chalk", {"n": 1.764}),
+        lambda: Scenario(
+            "rod", law="bilinear-hertz", law_parameters={"n": 1.764}, material="wood"
+        ).from_material(),
+        lambda: Scenario("rod", law="hertz", material="wood").from_material(["n"]),
+    ],
+)  # fmt: skip
+def test_a_material_goes_with_the_exponent_of_hertz_alone(ask):
+    with pytest.raises(InputError, match=r"got material .* with n = .* Hertz's theory, with n = 1"):
+        ask()
+
+
+def test_hertz_s_exponent_goes_with_a_material_also_where_it_is_given():
+    _simulated(law_parameters={"n": 1.5})
+    assert {p.name: p.default for p in ps.law("bilinear-hertz").parameters}["n"] == 1.5
+
+
+def test_the_exponent_of_the_paper_stands_beside_the_word():
+    """n = 1.764 is the paper's alone: wherever it stands, the lines around say so."""
+    count = 0
+    for path in TEXTS:
+        lines = path.read_text("utf-8").splitlines()
+        for i, line in enumerate(lines):
+            if "1.764" in line and "1.7646e-10" not in line:
+                count += 1
+                around = "\n".join(lines[max(0, i - 12) : i + 12]).lower()
+                assert "paper" in around, (path.name, line)
+    assert count > 10
+
+
 def test_sweep_over_a_property_keeps_the_values_of_its_axis():
     text = """\
 model = "rod"
@@ -185,5 +241,5 @@ def test_property_that_a_material_lacks_is_named_with_who_needs_it():
     bare = replace(steel, properties={"density": steel.properties["density"]})
     with pytest.raises(InputError, match="'steel': young_modulus is missing, which parameter E of"):
         material_values("law 'hertz'", two_materials(bare), law("hertz").parameters)
-    given = {"E", "nu"}
+    given = {"E": 1e9, "nu": 0.3}
     assert material_values("law", two_materials(bare), law("hertz").parameters, given) == {}

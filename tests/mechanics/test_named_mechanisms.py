@@ -21,6 +21,7 @@ from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from tests.mechanics.catalogue import (
     NAMES,
     ONE_CONTACT,
+    SOFTENED,
     by_symbol,
     derived,
     random_numbers,
@@ -33,6 +34,11 @@ SEEDS = range(4)
 
 def test_machines_cover_every_named_mechanism():
     assert set(MACHINES) == set(MODELS)
+
+
+def test_lists_of_mechanisms_are_by_their_contacts():
+    assert [n for n in NAMES if len(derived(n).contacts) == 1] == ONE_CONTACT
+    assert [n for n in ONE_CONTACT if not derived(n).contact.bilateral] == SOFTENED
 
 
 # ---- Newton and Euler ----

@@ -15,6 +15,7 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 ROWS = 300
 OPTIONS = {"t_end": 0.01, "until": ("separation",), "rtol": 1e-9}
@@ -22,7 +23,7 @@ OPTIONS = {"t_end": 0.01, "until": ("separation",), "rtol": 1e-9}
 
 @pytest.fixture(scope="module", params=["taylor", "compiled"])
 def softened(request) -> Simulator:
-    return Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), request.param)
+    return Simulator(model("rod"), paper_law(reload="virgin"), request.param)
 
 
 @pytest.fixture(scope="module")

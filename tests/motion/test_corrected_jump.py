@@ -14,6 +14,7 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.finite_stiffness import CorrectedJumpRule, evaluate_corrected_jump
 from painleve_sym.motion.frozen_impact import FrozenEnd, FrozenImpactSolver
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 SIN, COS = math.sin(1.0), math.cos(1.0)
@@ -31,12 +32,12 @@ def rod():
 
 @pytest.fixture(scope="module")
 def rule(rod):
-    return CorrectedJumpRule(rod, law("bilinear-hertz", reload="virgin"))
+    return CorrectedJumpRule(rod, paper_law(reload="virgin"))
 
 
 @pytest.fixture(scope="module")
 def simulator(rod):
-    return Simulator(rod, law("bilinear-hertz", reload="virgin"))
+    return Simulator(rod, paper_law(reload="virgin"))
 
 
 def values(rule, **changes):
@@ -136,7 +137,7 @@ def test_oblique_impacts_are_those_of_softened_runs(simulator, rule, name, state
 def test_another_mechanism_is_corrected_too():
     mechanism = model("pr-robot")
     state = dict(mechanism.start)
-    contact_law = law("bilinear-hertz", reload="virgin")
+    contact_law = paper_law(reload="virgin")
     rule = CorrectedJumpRule(mechanism, contact_law)
     given = values(rule, E=20.9e14)
     run = Simulator(mechanism, contact_law).run(

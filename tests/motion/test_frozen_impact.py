@@ -17,6 +17,7 @@ from painleve_sym.motion.frozen_impact import (
 )
 from tests.oracles.frozen_scipy import frozen_impact as integrated
 from tests.support.frozen_impacts import LOADED, OBLIQUE, ROD, inputs
+from tests.support.paper_law import paper_law
 
 CENTRAL = {**ROD, "mu": 0.3, "compression_rate": 0.2, "slip_velocity": 0.1}
 SLIDING = {**ROD, "W_nt": 0.4, "mu": 0.2, "compression_rate": 0.5, "slip_velocity": 2.0}
@@ -27,7 +28,7 @@ CASES = (ROD, OBLIQUE, LOADED, CENTRAL, SLIDING, REVERSED, AT_REST)
 
 @pytest.fixture(scope="module")
 def solver():
-    return FrozenImpactSolver(law("bilinear-hertz"))
+    return FrozenImpactSolver(paper_law())
 
 
 def slip_forms(case, delta):

@@ -150,6 +150,6 @@ def test_both_engines_agree():
         simulator(FEET, "rigid", engine, restitution="poisson")
         .sensitivities(start, wrt, parameters=FLAT, t_end=0.08)
         .fixed_time_jacobian
-        for engine in ("compiled", "erk")
+        for engine in ("compiled", "taylor")
     ]
     assert np.allclose(*ends, rtol=1e-7, atol=1e-8)

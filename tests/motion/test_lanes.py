@@ -11,17 +11,17 @@ import pytest
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.taylor.runner import TaylorEngine
-from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 ROWS = 250
 
 
 @pytest.fixture(scope="module")
 def softened() -> Simulator:
-    return Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
+    return Simulator(model("rod"), paper_law(reload="virgin"), "taylor")
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +137,7 @@ def test_rows_in_lanes_are_the_single_runs_of_another_compiler(monkeypatch, tmp_
         pytest.skip(f"{other} is not installed")
     monkeypatch.setenv("CC", other)
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path))
-    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
+    simulator = Simulator(model("rod"), paper_law(reload="virgin"), "taylor")
     states, parameters = touching()
     one = with_lanes(simulator, 1, states, parameters, monkeypatch, **OPTIONS["until"])
     assert_same_bits(
@@ -166,7 +166,7 @@ def test_vectors_of_any_width_give_the_same_bits(softened, width, monkeypatch):
 
 @pytest.mark.slow
 def test_bits_of_the_arm_do_not_depend_on_lanes(monkeypatch):
-    arm = Simulator(model("two-link-arm"), law("bilinear-hertz", reload="virgin"), "taylor")
+    arm = Simulator(model("two-link-arm"), paper_law(reload="virgin"), "taylor")
     draw = np.random.default_rng(13)
     angles = draw.uniform(-1.35, -1.25, ROWS), draw.uniform(-1.85, -1.75, ROWS)
     states = {"theta_1": angles[0], "theta_2": angles[1]}

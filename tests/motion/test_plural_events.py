@@ -316,7 +316,7 @@ def test_a_foot_without_friction_holds_nothing_beside_one_that_sticks(engine):
     assert run.energy_residual < 1e-9
 
 
-@pytest.mark.parametrize("engine", (*ENGINES, "erk"))
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_ladder_that_falls_along_its_wall_bounces_upright(engine):
     """The wall is touched all the time; rounding of the impacts does not decide whether it is."""
     v, g = 0.88, 9.8
@@ -356,12 +356,11 @@ def test_a_rigid_foot_does_not_jam_where_a_soft_one_separates():
     assert run.energy_residual < 1e-9
 
 
-@pytest.mark.parametrize("engine", ["auto", "erk"])
-def test_of_motions_that_rank_alike_the_first_is_taken(engine):
+def test_of_motions_that_rank_alike_the_first_is_taken():
     """Two of three sliding legs carry the table, in three ways: the first combination is taken.
 
     Under the policy liftoff each of them has one leg open, and none is preferred.
     """
-    run = scene(TABLE, "rigid", engine).run({"x_dot": 1.0}, t_end=1e-3)
+    run = scene(TABLE, "rigid").run({"x_dot": 1.0}, t_end=1e-3)
     assert run.mode_names[run.final_mode] == "flight + slip_pos + slip_pos"
     assert abs(run.final_forces["normal_force_left"]) < 1e-20

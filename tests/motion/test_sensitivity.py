@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
-from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.motion.sensitivity.variational import EventMarks
 from painleve_sym.motion.simulator import Simulator
+from tests.support.paper_law import paper_law
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
@@ -26,7 +26,7 @@ WRT = ("theta", "y_A", "mu", "e_energetic", "E")
 
 @functools.cache
 def softened(name="rod"):
-    return Simulator(model(name), law("bilinear-hertz", reload="virgin"))
+    return Simulator(model(name), paper_law(reload="virgin"))
 
 
 def richardson(simulator, state, name, parameters, values, *, step=4e-4, levels=3, **options):
@@ -200,7 +200,7 @@ ARM_WRT = ("theta_1", "theta_2_dot", "mu", "e_energetic", "m_2", "l_1", "u")
     ("other", "name", "contact_law", "start", "wrt", "options"),
     [
         pytest.param(
-            engine, "rod", law("bilinear-hertz", reload="virgin"), TABLE_3 | {"y_A_dot": -0.01},
+            engine, "rod", paper_law(reload="virgin"), TABLE_3 | {"y_A_dot": -0.01},
             WRT, {"parameters": HARD, "t_end": 0.01, "until": "separation"}, id=f"rod-{engine}",
         )
         for engine in ("erk", "compiled")
@@ -212,7 +212,7 @@ ARM_WRT = ("theta_1", "theta_2_dot", "mu", "e_energetic", "m_2", "l_1", "u")
             id=f"arm-{contact_law.name}", marks=pytest.mark.slow,
         )
         for contact_law, parameters in (
-            (law("bilinear-hertz", reload="virgin"), {"E": 20.9e12}),
+            (paper_law(reload="virgin"), {"E": 20.9e12}),
             (RigidLaw(), {"e_energetic": 0.4}),
         )
     ],

@@ -267,19 +267,6 @@ def test_motion_follows_a_change_of_the_units(simulator, pair, exponents):
     assert run.final["x_2_dot"] == pytest.approx(plain.final["x_2_dot"] * L / T, rel=1e-8)
 
 
-def test_without_a_compiler_the_motion_is_the_same(simulator):
-    pair = ("stribeck", "static")
-    p = own_parameters(*pair, 1.4, 0.05)
-    runs = [
-        simulator(*pair, engine).run(START, t_end=0.5, parameters=p, rtol=1e-9)
-        for engine in ("taylor", "erk")
-    ]
-    slips = [[(e.kind, e.contact) for e in r.events if "slip" in e.kind] for r in runs]
-    assert slips[0] == slips[1] != []
-    for name in ("x_1", "x_2", "x_1_dot", "x_2_dot"):
-        assert runs[1].final[name] == pytest.approx(runs[0].final[name], abs=1e-8)
-
-
 def test_rows_of_a_batch_are_the_runs(simulator):
     pair, ratios = ("static", "coulomb"), np.linspace(1.0, 1.8, 11)
     p = own_parameters(*pair, 1.4, 0.05)

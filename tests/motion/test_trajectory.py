@@ -10,18 +10,18 @@ from scipy.integrate import cumulative_simpson
 
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import write_beside
-from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulate import simulate
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
+from tests.support.paper_law import paper_law
 
 START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 
 
 @pytest.fixture(scope="module")
 def simulator():
-    return Simulator(rod(), law("bilinear-hertz"))
+    return Simulator(rod(), paper_law())
 
 
 @pytest.fixture(scope="module")

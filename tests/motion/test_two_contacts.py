@@ -107,16 +107,6 @@ def test_the_inconsistent_foot_has_its_impact_without_collision(feet):
         assert run.final[name] == pytest.approx(rigid.final[name], rel=1e-9)
 
 
-def test_the_second_engine_agrees(feet):
-    start, p = {"theta": 0.2}, FLAT | {"h": 0.3, "mu_A": 1.0, "mu_B": 1.0, "e_energetic": 0.0}
-    other = Simulator(feet.mechanism, RigidLaw(), "erk")
-    runs = [s.run(start, t_end=0.8, parameters=p, rtol=1e-9) for s in (feet, other)]
-    kinds = [[(e.kind, e.contact, e.mode_after) for e in r.events] for r in runs]
-    assert kinds[0] == kinds[1]
-    for name, value in runs[0].final.items():
-        assert runs[1].final[name] == pytest.approx(value, abs=1e-7)
-
-
 def test_what_cannot_be_is_refused(feet):
     with pytest.raises(InputError, match="contact 'B' starts inside the ground"):
         feet.run({"theta": -0.1}, t_end=0.1)
@@ -230,29 +220,13 @@ def test_closing_short_bounces_adds_no_energy(law, e):
     assert ends[1] == pytest.approx(ends[0], abs=2e-7)
 
 
-def test_a_bounce_is_closed_with_the_impulses_of_feet_that_stick():
-    """The foot B rebounds by 10⁻¹² m/s beside A at rest; closing it must not move A."""
-    block = model("block-two-feet")
-    simulator = Simulator(block, RigidLaw())
-    impacts = simulator.impacts
-    names = list(impacts.states)
-    state = np.zeros(len(names))
-    state[names.index("theta_dot")] = 5e-12
-    state[names.index("gap_B_dot")] = 1e-12
-    closed = impacts.closed(state, block.parameters | {"beta": 0.0}, [1])
-    assert np.abs(closed[: names.index("friction_dissipation")]).max() < 1e-26
-    lost = 0.5 * (0.02 + 0.1**2 + 0.2**2) * (5e-12) ** 2
-    work = [closed[names.index(n)] for n in ("friction_dissipation", "contact_dissipation")]
-    assert sum(work) == pytest.approx(lost, rel=1e-12, abs=0)
-
-
 def test_engines_agree_on_when_bounces_of_a_slow_start_have_died_out():
     start = {"theta": 0.1, "theta_dot": 1e-5}
     ends = []
-    for engine in ("taylor", "compiled", "erk"):
+    for engine in ("taylor", "compiled"):
         simulator = Simulator(model("block-two-feet"), RigidLaw(), engine)
         run = simulator.run(start, t_end=0.194, parameters=ROCKING)
         settled = run.events_of("settle")[0]
         ends.append((settled.time, run.final["theta_dot"]))
         assert run.stop_reason is StopReason.T_END
-    np.testing.assert_allclose(ends, [ends[0]] * 3, rtol=1e-9)
+    np.testing.assert_allclose(ends, [ends[0]] * 2, rtol=1e-9)

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.present.fit_figure import fit_figure
 from painleve_sym.present.sensitivity_figure import sensitivity_figure
 from painleve_sym.present.style import save, write_figure
 from painleve_sym.study.fitting.result import FitResult
+from tests.support.paper_law import paper_law
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 
 
 @functools.cache
 def motion():
-    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"))
+    simulator = Simulator(model("rod"), paper_law(reload="virgin"))
     return simulator.sensitivities(STATE, ("mu", "E"), parameters={"E": 20.9e14}, t_end=4.5e-4)
 
 

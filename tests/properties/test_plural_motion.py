@@ -92,16 +92,6 @@ def test_level_legs_that_drop_straight_bounce_to_the_end(engine, drop, turn, mu)
     assert abs(run.final["x_dot"]) < 1e-6
 
 
-def test_level_legs_drop_alike_without_compiled_code():
-    """The engine without a compiler takes the same choices and has the outputs of all modes."""
-    given = {"parameters": SOFT | FRICTION, "t_end": 0.09}
-    one, two = (_table(e).run({"y": 0.0285}, **given) for e in ("erk", "compiled"))
-    assert one.stop_reason is two.stop_reason is StopReason.T_END
-    assert len(one.mode_names) > 2
-    assert one.energy_residual < 1e-9
-    assert one.final["y"] == pytest.approx(two.final["y"], rel=1e-8)
-
-
 @settings(max_examples=10, deadline=None)
 @given(start=starts)
 def test_mirror_image_moves_as_the_mirrored_motion(start):

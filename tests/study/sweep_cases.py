@@ -15,7 +15,7 @@ chunk = 10
 [law]
 name = "bilinear-hertz"
 reload = "virgin"
-parameters = { E = 20.9e14 }
+parameters = { E = 20.9e14, n = 1.764 }
 
 [axes]
 theta = { from = 0.95, to = 1.15, points = 4 }

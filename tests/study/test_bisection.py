@@ -20,6 +20,7 @@ from painleve_sym.study.critical.bisection import (
 )
 from painleve_sym.study.critical.sliding_solution import SlidingSolution, _energy
 from tests.oracles import rod_scipy
+from tests.support.paper_law import paper_law
 
 STIFF = 20.9e14
 TABLE_4 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 5.0}
@@ -36,7 +37,7 @@ CASES = {
 
 @pytest.fixture(scope="module")
 def finder():
-    return CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz", reload="virgin")))
+    return CriticalForceFinder(Simulator(model("rod"), paper_law(reload="virgin")))
 
 
 # ---- the numbers of the paper's Table 4 ----
@@ -81,7 +82,7 @@ def test_scipy_sees_the_border_where_the_compiled_runs_do(finder, border, first)
 
 @pytest.mark.slow
 def test_the_other_engine_finds_the_same_force(finder):
-    other = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "erk")
+    other = Simulator(model("rod"), paper_law(reload="virgin"), "erk")
     critical = CriticalForceFinder(other, rtol=1e-10).find(
         TABLE_4, {"E": STIFF}, check_tolerance=False
     )
@@ -265,6 +266,6 @@ def test_a_run_that_is_not_decided_says_why(finder):
 
 def test_initial_force_of_a_gap_that_is_no_coordinate():
     state, parameters = {"theta": math.asin(0.8)}, {"mu": 1.5, "k_s": 40.0, "theta_0": 0.5}
-    simulator = Simulator(model("strut"), law("bilinear-hertz"))
+    simulator = Simulator(model("strut"), paper_law())
     run = simulator.run(state, parameters=parameters, t_end=1e-8, initial_force=100.0)
     assert run.values("normal_force", np.array([0.0]))[0] == pytest.approx(100.0, rel=1e-12)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.papers.impact_resolution.jump import extrapolated
 from painleve_sym.study.compare.jump_convergence import compare_jump
+from tests.support.paper_law import paper_law
 
 TABLE_3 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 1.0}
 TABLE_4 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 5.0}
@@ -17,7 +17,7 @@ MODULI = [20.9e12, 20.9e14, 20.9e16, 20.9e18]
 
 @pytest.fixture(scope="module")
 def simulator():
-    return Simulator(rod(), law("bilinear-hertz", reload="virgin"))
+    return Simulator(rod(), paper_law(reload="virgin"))
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.continuation import Setting, critical_curve
 from painleve_sym.study.critical.gradient import critical_force_gradient
 from painleve_sym.study.critical.growth_rate import compare_growth
+from tests.support.paper_law import paper_law
 
 TABLE_4 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 5.0}
 N = 1.764
@@ -27,7 +28,7 @@ PAGE = (ROOT / "docs" / "critical-force.md").read_text(encoding="utf-8")
 
 @pytest.fixture(scope="module")
 def finder():
-    return CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz", reload="virgin")))
+    return CriticalForceFinder(Simulator(model("rod"), paper_law(reload="virgin")))
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
+from tests.support.paper_law import paper_law
 
 PAGE = (Path(__file__).parents[2] / "docs" / "critical-force.md").read_text("utf-8")
 TABLE_4 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 5.0}
@@ -31,7 +31,7 @@ def test_the_table_has_three_moduli():
 @pytest.mark.parametrize("row", ROWS, ids=str)
 def test_borders_are_apart_as_the_page_says(row):
     E, distance, estimate, ratio = row
-    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"))
+    simulator = Simulator(model("rod"), paper_law(reload="virgin"))
     finder = CriticalForceFinder(simulator)
     below, above = (
         finder.find(TABLE_4, {"E": E}, border=border, check_tolerance=False)

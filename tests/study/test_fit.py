@@ -14,6 +14,7 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
+from tests.support.paper_law import paper_law
 
 FOLDER = Path(__file__).parents[2] / "examples" / "studies" / "fit"
 TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}
@@ -24,7 +25,7 @@ TIMES = np.arange(0, 101) * 4e-5
 
 @functools.cache
 def simulator():
-    return Simulator(model("rod"), law("bilinear-hertz"))
+    return Simulator(model("rod"), paper_law())
 
 
 @functools.cache
@@ -127,6 +128,19 @@ def test_intervals_of_a_line_hold_the_truth_as_often_as_they_say(sigma):
     # Intercept and slope of a line over [0, 1] in five even points, by hand.
     expected = -0.5 / np.sqrt(0.5**2 + 0.125)
     assert fit.correlation == pytest.approx(np.array([[1, expected], [expected, 1]]), rel=1e-9)
+
+
+def test_values_that_the_model_meets_have_no_noise_and_the_correlation_of_their_times():
+    class Still(Line):
+        def predict(self, values):
+            slopes = super().predict(values)[1]
+            return {"gap": np.zeros(5)}, slopes
+
+    data = FitData("line", Line.AT, {}, {"gap": np.zeros(5)})
+    fit = Still(simulator(), data, ("x_A", "y_A"), {"x_A": 0.5, "y_A": 0.5}, {}).solve()
+    assert fit.noise == {"gap": 0.0} and fit.standard_error == pytest.approx(0.0, abs=0)
+    assert pytest.approx(np.array([fit.estimate] * 2), abs=0) == fit.interval.T
+    assert fit.correlation[0, 1] == pytest.approx(-0.5 / np.sqrt(0.5**2 + 0.125), rel=1e-9)
 
 
 @pytest.mark.slow

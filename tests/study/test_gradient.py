@@ -6,10 +6,10 @@ import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
-from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.gradient import critical_force_gradient
+from tests.support.paper_law import paper_law
 
 TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 HARD = {"E": 20.9e14}
@@ -17,7 +17,7 @@ HARD = {"E": 20.9e14}
 
 @pytest.fixture(scope="module")
 def finder() -> CriticalForceFinder:
-    return CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz", reload="virgin")))
+    return CriticalForceFinder(Simulator(model("rod"), paper_law(reload="virgin")))
 
 
 @pytest.mark.parametrize("border", list(Border))

@@ -242,7 +242,7 @@ def test_a_sweep_is_the_single_runs_bit_for_bit(tmp_path):
         }
         single = simulator.run(
             start,
-            parameters={"E": 20.9e14, "mu": float(swept["mu"][k])},
+            parameters={"E": 20.9e14, "n": 1.764, "mu": float(swept["mu"][k])},
             t_end=0.01,
             until="separation",
             rtol=1e-8,

@@ -33,7 +33,10 @@ Interval = tuple[float, float]
 
 SAMPLE = 400
 SEED = 20
-MODES = "8,4"
+MODES = "16,8"
+"""Bending and axial modes of the bench rod; the chain of particles says what they leave."""
+BAR_MODES = "8,4"
+"""Of the dropped bars and the controls, whose short bars have fast modes."""
 ORACLE_MODES = ("4,2", "8,4", "16,8")
 G = 9.8
 
@@ -179,8 +182,8 @@ def mechanism(model: str) -> ps.Mechanism:
 
 
 def law() -> ps.ContactLaw:
-    """Return Hertz's law with the loss of an energetic restitution."""
-    return ps.laws.bilinear_hertz(n=1.5)
+    """Return Hertz's law (n = 1.5) with the loss of an energetic restitution."""
+    return ps.laws.bilinear_hertz()
 
 
 def quantiles(values: Any) -> list[float] | None:
@@ -191,7 +194,43 @@ def quantiles(values: Any) -> list[float] | None:
     return [float(q) for q in np.percentile(finite, (2.5, 50.0, 97.5))]
 
 
-def drag(model: str, friction: Interval, size: int = SAMPLE, **change: Interval) -> dict[str, Any]:
+HARD_TIP: Mapping[str, Interval] = {
+    "modulus": (195e9, 205e9), "radius": (5.95e-3, 6.05e-3), "restitution": (0.8, 1.0),
+}  # fmt: skip
+"""A ball of hardened steel on a belt of hardened steel; Pa, m."""
+PLASTIC: Mapping[str, Interval] = {"strength": (95e6, 276e6), "restitution": (0.1, 0.7)}
+"""Yield strength of the table's aluminium to that of a hard alloy, Pa, and what a yielding contact
+gives back."""
+HARDNESS = 2.8
+"""Pressure of full plasticity over the yield strength; Johnson (1985), section 6.3."""
+
+
+def with_contact(contact: str, parameters: dict[str, Any], draws: Draws) -> dict[str, Any]:
+    """Return the parameters with another contact than Hertz's of aluminium on aluminium.
+
+    A ``hard tip`` has its own modulus and radius. A ``plastic`` one has the force 2π R H δ: the
+    law K δⁿ with n = 1 and the length l_0 that makes K so large.
+    """
+    if contact == "hard tip":
+        own = {name: draws(*interval) for name, interval in HARD_TIP.items()}
+        return parameters | {
+            "E": own["modulus"], "R": own["radius"], "e_energetic": own["restitution"]
+        }  # fmt: skip
+    own = {name: draws(*interval) for name, interval in PLASTIC.items()}
+    R, E, nu = (parameters[name] for name in ("R", "E", "nu"))
+    K, elastic = 2 * np.pi * R * HARDNESS * own["strength"], 4 / 3 * E / (2 * (1 - nu**2)) * R**0.5
+    return parameters | {"n": 1.0, "l_0": (K / elastic) ** 2, "e_energetic": own["restitution"]}
+
+
+def first_yield(radius: float, modulus: float, poisson: float, strength: float) -> float:
+    """Return the force from which a Hertz contact yields, N; Johnson (1985), section 6.1."""
+    effective = modulus / (2 * (1 - poisson**2))
+    return math.pi**3 * radius**2 * (1.6 * strength) ** 3 / (6 * effective**2)
+
+
+def drag(
+    model: str, friction: Interval, size: int = SAMPLE, contact: str = "", **change: Interval
+) -> dict[str, Any]:
     """Return what a laboratory sees of the bench rod: quantiles over the draws.
 
     Parameters
@@ -200,12 +239,17 @@ def drag(model: str, friction: Interval, size: int = SAMPLE, **change: Interval)
         See `mechanism`.
     friction : tuple of float
         Interval of μ.
+    contact : {"", "hard tip", "plastic"}
+        Another contact than Hertz's of aluminium; see `with_contact`.
     **change : tuple of float
         Other intervals than those of `ROD`.
     """
     draws = Draws("aluminium", size)
     bench = {name: draws(*interval) for name, interval in (ROD | change).items()}
     parameters = draws.parameters(model, bench["length"], bench["diameter"], bench["damping"])
+    parameters |= {"mu": draws(*friction), "e_energetic": bench["restitution"]}
+    if contact:
+        parameters = with_contact(contact, parameters, draws)
     runs = ps.simulate_batch(
         mechanism(model),
         law(),
@@ -213,7 +257,7 @@ def drag(model: str, friction: Interval, size: int = SAMPLE, **change: Interval)
             "theta": bench["theta"], "theta_dot": bench["theta_dot"], "x_A_dot": -bench["belt"],
             "y_A_dot": -np.sqrt(2 * G * bench["gap"]),
         },
-        parameters=parameters | {"mu": draws(*friction), "e_energetic": bench["restitution"]},
+        parameters=parameters,
         t_end=WINDOW,
         maxima=("normal_force", "gap"),
         events=1,
@@ -282,7 +326,7 @@ def arm(mu: float, belt: float) -> dict[str, float | None]:
     run = simulator().run(
         {"theta_1": -0.643501, "theta_2": -0.927295},
         t_end=0.1, until="separation", close="theta_1",
-        parameters={"n": 1.5, "mu": mu, "u": -belt, "E": ps.material("steel").young_modulus},
+        parameters={"mu": mu, "u": -belt, "E": ps.material("steel").young_modulus},
     )  # fmt: skip
     stops = run.events_of("slip_stop")
     return {
@@ -323,7 +367,7 @@ def oracle(elements: Sequence[int], counts: Sequence[str], mu: float = 0.6) -> l
     bar = theory.Bar(
         mass, length, aluminium.density, aluminium.young_modulus, aluminium.poisson_ratio
     )
-    given = {"n": 1.5, "R": diameter / 2, "e_energetic": middle["restitution"]}
+    given = {"R": diameter / 2, "e_energetic": middle["restitution"]}
     rows = []
     for n in elements:
         events = theory.Chain(bar, n, mu, given).impact(
@@ -369,15 +413,20 @@ def study(quick: bool) -> dict[str, Any]:
     grid = np.array([0.3, 0.6]) if quick else np.round(np.arange(0.2, 1.41, 0.1), 1)
     lengths, angles = ((0.1,), (0.5, 1.5)) if quick else (LENGTHS, ANGLES)
     bar_counts, shown_angles = (
-        ((modes,), angles) if quick else (("4,2", MODES, "12,6"), TABLE_ANGLES)
+        ((modes,), angles) if quick else (("4,2", BAR_MODES, "12,6"), TABLE_ANGLES)
     )
-    counts = ("1,0", modes) if quick else ("2,1", "4,2", MODES, "12,6", "16,8")
+    counts = ("1,0", modes) if quick else ("2,1", "4,2", "8,4", "12,6", MODES)
+    bar_modes = modes if quick else BAR_MODES
     return {
         "sample": size,
         "rod": [{"friction": n, **drag(m, f, size)} for n, f in ranges.items() for m in models],
         "controls": [
             {"control": name, **drag(m, middle, size, **change)}
-            for name, change in controls.items() for m in models
+            for name, change in controls.items() for m in ("rigid", "tangential", bar_modes)
+        ],
+        "contacts": [
+            {"contact": c, **drag(m, middle, size, c)}
+            for c in ("hard tip", "plastic") for m in ("rigid", modes)
         ],
         "modes": [drag(n, middle, size) for n in counts],
         "curve": [
@@ -385,7 +434,7 @@ def study(quick: bool) -> dict[str, Any]:
         ],
         "bars": [
             drop(m, length, theta, size)
-            for m in ("rigid", modes) for length in lengths for theta in angles
+            for m in ("rigid", bar_modes) for length in lengths for theta in angles
         ],
         "bar modes": [
             drop(m, LENGTHS[-1], theta, size) for m in bar_counts for theta in shown_angles
@@ -417,14 +466,41 @@ def name_of(model: str) -> str:
     return model if model in ("rigid", "tangential") else f"bending {model}"
 
 
-def rod_rows(rows: Sequence[Mapping[str, Any]], key: str) -> list[list[str]]:
-    """Return the lines of a table of the bench rod."""
+def rod_rows(rows: Sequence[Mapping[str, Any]], key: str, left: Any = None) -> list[list[str]]:
+    """Return the lines of a table of the bench rod.
+
+    `left` are the factors of `truncation`, by which intervals of bending rods are made longer.
+    """
+
+    def wider(row: Mapping[str, Any], name: str) -> Any:
+        values = row[name]
+        if not left or values is None or row["model"] != MODES or name not in left:
+            return values
+        low, middle, high = values
+        return min(low, low * left[name]), middle, max(high, high * left[name])
+
     return [
         [*([r[key]] if key else []), name_of(r["model"]), f"{100 * r['stops']:.0f} %",
-         interval(r["slip_stop"], 1e-3), interval(r["contact"], 1e-3),
-         interval(r["peak_force"], 1, 0), interval(r["rise"], 1e-3)]
+         interval(wider(r, "slip_stop"), 1e-3), interval(r["contact"], 1e-3),
+         interval(r["peak_force"], 1, 0), interval(wider(r, "rise"), 1e-3)]
         for r in rows
     ]  # fmt: skip
+
+
+def truncation(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Return by what slip stop and rise change from `MODES` to the chain's limit, as factors.
+
+    The limit is that of order 2 from the two finest chains; a rise grows with the square of the
+    velocity of the centre.
+    """
+    chains = [r for r in rows if r["model"].startswith("chain")][-2:]
+    (own,) = [r for r in rows if r["model"] == name_of(MODES)]
+
+    def of(name: str) -> float:
+        coarse, fine = (r[name] for r in chains)
+        return float((fine + (fine - coarse) / 3) / own[name])
+
+    return {"slip_stop": of("slip_stop"), "rise": of("v_y") ** 2}
 
 
 def tolerances() -> str:
@@ -456,6 +532,7 @@ def tables(data: Mapping[str, Any]) -> list[str]:
     """Return the tables of the page."""
     head = ["model", "slip stops", "slip stop, ms", "first contact, ms", "peak force, N",
             "rise of the tip, mm"]  # fmt: skip
+    left = truncation(data["oracle"])
     bars = {
         (
             r["model"],
@@ -466,7 +543,9 @@ def tables(data: Mapping[str, Any]) -> list[str]:
     }
     angles = [f"θ = {a}" for a in TABLE_ANGLES]
     drops = [["rigid", *(bars["rigid", LENGTHS[-1], a] for a in TABLE_ANGLES)]]
-    drops += [[f"{1e3 * n:.0f} mm", *(bars[MODES, n, a] for a in TABLE_ANGLES)] for n in LENGTHS]
+    drops += [
+        [f"{1e3 * n:.0f} mm", *(bars[BAR_MODES, n, a] for a in TABLE_ANGLES)] for n in LENGTHS
+    ]
     counts = list(dict.fromkeys(r["model"] for r in data["bar modes"]))
     converging = [[name_of(m), *(bars[m, LENGTHS[-1], a] for a in TABLE_ANGLES)] for m in counts]
     checked = [
@@ -486,8 +565,9 @@ def tables(data: Mapping[str, Any]) -> list[str]:
         table(["model", *angles], converging),
         table(["μ", "belt, m/s", "slip stop, ms", "separation, ms", "rebound, m/s",
                "rebound/belt", "peak force, N"], belts),
-        table(["μ", *head], rod_rows(data["rod"], "friction")),
-        table(["control", *head], rod_rows(data["controls"], "control")),
+        table(["μ", *head], rod_rows(data["rod"], "friction", left)),
+        table(["control", *head], rod_rows(data["controls"], "control", left)),
+        table(["contact", *head], rod_rows(data["contacts"], "contact", left)),
         table(head, rod_rows(data["modes"], "")),
         tolerances(),
         table(["model", "slip stop, ms", "contact, ms", "peak force, N", "centre upwards, m/s",

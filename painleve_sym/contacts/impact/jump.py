@@ -9,11 +9,10 @@ from typing import Any
 
 from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.contact_numbers import argument_names, argument_symbols
+from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import inside, place_of
+from painleve_sym.contacts.inputs import place_of, refuse_outside
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
@@ -205,7 +204,7 @@ def evaluate_jump(
     mechanism.require_one_contact()
     declared = ParameterSet(*mechanism.outline.parameters, law.parameter)
     checks = {"declared": declared, "where": _where(mechanism)}
-    return jump_at(inside(place_of(mechanism, state, parameters, close, **checks)), law)
+    return jump_at(place_of(mechanism, state, parameters, close, **checks), law)
 
 
 def _where(mechanism: Mechanism) -> str:
@@ -215,8 +214,10 @@ def _where(mechanism: Mechanism) -> str:
 def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     """Return the jump at a place with the law's coefficient; see `evaluate_jump`."""
     mechanism, values = place.mechanism, place.values
-    where, at = _where(mechanism), _jump_numbers(mechanism)(values)
-    v_n, v_t = (_contact_velocity(mechanism, values, at, row) for row in ("n", "t"))
+    where, of = _where(mechanism), Delassus.of(mechanism)
+    at, moves = of.whole_at(values)
+    refuse_outside(place, at.margins)
+    v_n, v_t = _contact_velocity(mechanism, values, at, moves)
     if v_n > 0:
         raise InputError(
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
@@ -227,7 +228,7 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     if impact.case is ImpactClass.NO_IMPACT:
         raise InputError(f"{where}: {_no_impact(at, slip)}")
     if law.name in RESTITUTIONS:
-        phases, energy = _of_impact(mechanism, values, at, impact), impact.energy_change
+        phases, energy = _of_impact(mechanism, values, moves, impact), impact.energy_change
     elif slip and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
         phases, energy = _of_law(mechanism, law, values, (v_n, v_t))
     else:
@@ -237,59 +238,40 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
         )
     before = {name: values[name] for name in mechanism.outline.velocity_names}
     contact = mechanism.outline.contacts[0].name
-    own = (impact.case, impact.end, before, at["kinetic_energy"], contact)
+    own = (impact.case, impact.end, before, moves.kinetic_energy.item(), contact)
     return JumpResult(mechanism.name, law.name, slip, phases, energy, *own)
 
 
-def _jump_numbers(mechanism: Mechanism) -> Quantities:
-    """Return v_n, v_t, T, the Jacobians J_n_k and J_t_k, W, mu, A_pos, A_neg, B, and M⁻¹ Jᵀ.
-
-    The last as change_n_k and change_t_k: of velocity k per normal and per tangential impulse.
-    """
-
-    def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
-        contact, c = mechanism.contact, mechanism.coefficients
-        formulas = {"v_n": contact.gap_rate, "v_t": contact.slip_velocity}
-        formulas["kinetic_energy"] = mechanism.system.kinetic_energy
-        for row, jacobian in (("n", contact.J_N), ("t", contact.J_T)):
-            formulas |= {f"J_{row}_{k}": entry for k, entry in enumerate(jacobian)}
-        formulas |= {name: getattr(c, name) for name in ("W_nn", "W_nt", "W_tt", "mu")}
-        formulas |= {"A_pos": c.A(1), "A_neg": c.A(-1), "B": c.B}
-        for row, direction in zip(("n", "t"), c.force_directions, strict=True):
-            formulas |= {f"change_{row}_{k}": entry for k, entry in enumerate(direction)}
-        return formulas, argument_symbols(mechanism)
-
-    return quantities("jump", mechanism.definition, argument_names(mechanism), derive)
-
-
 def _contact_velocity(
-    mechanism: Mechanism, values: Values, at: Mapping[str, float], row: str
-) -> float:
-    """Return v_n or v_t, exactly 0 where it is only the rounding of its terms."""
-    names = enumerate(mechanism.outline.velocity_names)
-    terms = sum(abs((at[f"J_{row}_{k}"] + 0.0) * values[name]) for k, name in names)
-    # Adding 0.0 turns -0.0 into 0.0.
-    value = at[f"v_{row}"] + 0.0
-    return value if abs(value) > ROUND_OFF * terms else 0.0
+    mechanism: Mechanism, values: Values, at: ContactNumbers, moves: MotionNumbers
+) -> list[float]:
+    """Return v_n and v_t, each exactly 0 where it is only the rounding of its terms."""
+    speeds = [values[name] for name in mechanism.outline.velocity_names]
+    velocity = []
+    own = float(at.gap_rate[0]), float(at.slip_velocity[0])
+    for value, row in zip(own, moves.J.tolist(), strict=True):
+        terms = sum(abs(entry * speed) for entry, speed in zip(row, speeds, strict=True))
+        # Adding 0.0 turns -0.0 into 0.0.
+        velocity.append(value + 0.0 if abs(value) > ROUND_OFF * terms else 0.0)
+    return velocity
 
 
 def _solved(
-    law: RestitutionLaw, values: Values, at: Mapping[str, float], velocity: tuple[float, float]
+    law: RestitutionLaw, values: Values, at: ContactNumbers, velocity: tuple[float, float]
 ) -> Impact:
-    W_nn, W_nt, W_tt, mu = (at[name] + 0.0 for name in ("W_nn", "W_nt", "W_tt", "mu"))
     # Whether the slip stops in compression does not depend on the law: any known one tells.
     known = law.name in RESTITUTIONS
     name, e = (law.name, values[law.parameter.name]) if known else ("newton", 0.0)
-    return solve_impact(((W_nn, W_nt), (W_nt, W_tt)), mu, velocity, name, e)
+    return solve_impact((at.W + 0.0).tolist(), at.mu.item(), velocity, name, e)
 
 
-def _no_impact(at: Mapping[str, float], slip: int) -> str:
+def _no_impact(at: ContactNumbers, slip: int) -> str:
     if not slip:
         return (
             "got v_t = 0 and v_n = 0, need a moving contact: at rest there is no impact without "
             "collision. Fix: give a slip with A < 0, or an approach v_n < 0."
         )
-    A, B = at["A_pos" if slip > 0 else "A_neg"] + 0.0, at["B"] + 0.0
+    A, B = float(at.W[0, 0] - slip * at.mu[0] * at.W[0, 1]) + 0.0, float(at.b[0]) + 0.0
     if B > 0:
         answer = "it lifts off (case 2 of the paper, B > 0)"
     elif B == 0:
@@ -303,11 +285,11 @@ def _no_impact(at: Mapping[str, float], slip: int) -> str:
 
 
 def _of_impact(
-    mechanism: Mechanism, values: Values, at: Mapping[str, float], impact: Impact
+    mechanism: Mechanism, values: Values, moves: MotionNumbers, impact: Impact
 ) -> tuple[JumpPhase, ...]:
     """Return the phases of an impact with the velocities of the mechanism."""
     names = mechanism.outline.velocity_names
-    directions = [[at[f"change_{row}_{k}"] + 0.0 for k in range(len(names))] for row in ("n", "t")]
+    directions = (moves.D.T + 0.0).tolist()
     velocity, phases = [values[name] for name in names], []
     for phase in impact.phases:
         impulses = (phase.normal_impulse, phase.tangential_impulse)

@@ -11,11 +11,7 @@ import numpy as np
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import closed_contacts
-from painleve_sym.contacts.contact_numbers import (
-    all_contact_numbers,
-    argument_names,
-    argument_symbols,
-)
+from painleve_sym.contacts.delassus import Delassus, argument_symbols
 from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError
@@ -111,7 +107,7 @@ def tangential_impact_at(place: Place) -> TangentialImpact:
     mechanism.require_one_contact()
     if not mechanism.outline.contacts[0].bilateral:
         raise InputError(f"{where}: its contact can open. Fix: use evaluate_jump.")
-    at = all_contact_numbers(mechanism, place.values)
+    at = Delassus.of(mechanism).at(place.values)
     closed_contacts(where, mechanism, at)
     problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, np.array([True]))
     slip = problem.slip_direction
@@ -157,5 +153,5 @@ def _impulse_numbers(mechanism: Mechanism) -> Quantities:
         formulas |= dict(zip(mechanism.outline.velocity_names, forms.velocity_after, strict=True))
         return formulas, (*argument_symbols(mechanism), V_T)
 
-    arguments = (*argument_names(mechanism), _SLIP_VELOCITY)
+    arguments = (*mechanism.outline.argument_names, _SLIP_VELOCITY)
     return quantities("tangential impact", mechanism.definition, arguments, derive)

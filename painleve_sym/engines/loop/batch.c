@@ -1,11 +1,11 @@
 /* Many runs: one after the other, or, where the stepper can take a step of several at once
- * (`advance_lanes`), those side by side that are in the same mode. A row never sees another. */
+ * (`advance_lanes`), those side by side that are in the same variant. A row never sees another. */
 
 #ifndef PS_LANES
 #define PS_LANES 1
 #endif
-/* With this number of runs open, some mode has at least PS_LANES of them. */
-#define PS_OPEN (PS_NM * (PS_LANES - 1) + 1)
+/* With this number of runs open, some variant has at least PS_LANES of them. */
+#define PS_OPEN (PS_NV * (PS_LANES - 1) + 1)
 
 /* One row of each array per run; `times` (rows, kinds, events), `extremes` (rows, maxima + minima,
  * value and time), `integrals` (rows, integrals). */
@@ -82,7 +82,7 @@ static void close_row(ps_open *a, const ps_ends *e) {
   e->energy_residual[i] = balance_residual(s, &a->options, a->start);
 }
 
-/* One step of n runs in the same mode: in lanes where at least half of them are full. */
+/* One step of n runs in the same variant: in lanes where at least half of them are full. */
 static void advance_open(ps_open **open, int n) {
 #if PS_LANES > 1
   if (n > 1 && 2 * n >= PS_LANES) {
@@ -104,8 +104,8 @@ static void advance_open(ps_open **open, int n) {
 PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_kept *kept, int lanes,
                         const ps_ends *e) {
   ps_open *all = (ps_open *)malloc(PS_OPEN * sizeof(ps_open));
-  ps_open *idle[PS_OPEN], *open[PS_NM][PS_OPEN];
-  int free_count = PS_OPEN, count[PS_NM] = {0}, mode = 0;
+  ps_open *idle[PS_OPEN], *open[PS_NV][PS_OPEN];
+  int free_count = PS_OPEN, count[PS_NV] = {0}, variant = 0;
   long next = 0;
   if (!all) return 0;
   if (lanes > PS_LANES) lanes = PS_LANES;
@@ -114,23 +114,23 @@ PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_kep
     idle[i] = &all[i];
   }
   for (;;) {
-    /* The mode of the last step if it can fill the lanes, else the one that most runs are in. */
-    for (int i = 0; i < PS_NM && count[mode] < lanes; i++)
-      if (count[i] > count[mode]) mode = i;
+    /* The variant of the last step if it can fill the lanes, else the one that most runs are in. */
+    for (int i = 0; i < PS_NV && count[variant] < lanes; i++)
+      if (count[i] > count[variant]) variant = i;
     ps_open *now[PS_LANES];
     int n = 0;
-    if (count[mode] < lanes && next < given->n) {
+    if (count[variant] < lanes && next < given->n) {
       now[n++] = idle[--free_count];
       open_row(now[0], next++, given, kept, e);
     } else {
-      if (count[mode] == 0) break;
-      while (n < lanes && count[mode] > 0) now[n++] = open[mode][--count[mode]];
+      if (count[variant] == 0) break;
+      while (n < lanes && count[variant] > 0) now[n++] = open[variant][--count[variant]];
       advance_open(now, n);
     }
     for (int i = n - 1; i >= 0; i--) {
       ps_run *s = &now[i]->run;
       if (running(s, &now[i]->options)) {
-        open[s->mode][count[s->mode]++] = now[i];
+        open[s->variant][count[s->variant]++] = now[i];
       } else {
         close_row(now[i], e);
         idle[free_count++] = now[i];

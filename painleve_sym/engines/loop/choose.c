@@ -17,15 +17,17 @@ static int guard_side(double g, double d, double d2, double zero, double moment,
 /* How the tests of the mode hold in the memory of the run: each is positive, or zero but for rounding
  * with the first derivative that is not zero positive; one that vanishes has none that is not zero. By
  * the measure by which guards are armed they last: none of these then fires at once. Idle: what should
- * begin stays zero. Where they fail, `missed` is by how much, in parts of their scales. */
-enum { PS_FAILS, PS_HOLDS, PS_LASTS, PS_IDLE = 4 };
+ * begin stays zero. Where they fail, `missed` is by how much, in parts of their scales. It ends where
+ * they fail by rates alone: guards would be armed, though values are no more than rounding. */
+enum { PS_FAILS, PS_HOLDS, PS_LASTS, PS_IDLE = 4, PS_ENDS = 8 };
 
 static int consistent(ps_run *s, const ps_options *o, double *missed) {
   const ps_mode *m = &PS_MODES[s->mode];
   /* C99 has no arrays without an element. */
   double v[PS_NTEST + 1], d[PS_NTEST + 1], d2[PS_NTEST + 1], scale[PS_NTEST + 1];
   double *res[4] = {v, d, d2, scale};
-  int lasts = 1, idle = 0;
+  int lasts = 1, idle = 0, ends = 1;
+  specialise(s);
   field(s, s->x, s->k[0]);
   const double h = first_step(s, o);
   *missed = HUGE_VAL;
@@ -38,14 +40,17 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
     if (!isfinite(v[j])) *missed = HUGE_VAL;
     if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) decides = v[j];
     else if (fabs(first) > slope) decides = first;
-    const int stays = !PS_EXISTS && m->roles[j] == 'b' && decides == 0 && scale[j] > 0;
+    const int stays = !s->exists && m->roles[j] == 'b' && decides == 0 && scale[j] > 0;
     idle |= stays;
     if (m->roles[j] == 'v') decides = -fabs(decides);
     if (decides < 0) *missed = PS_MAX(*missed, -decides / scale[j]);
+    if (m->roles[j] == 'v' && decides < 0) ends = 0;
     if (stays || m->roles[j] == 'v') continue;
-    if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0, 0) < 0) lasts = 0;
+    const int side = guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0, 0);
+    if (side < 0) lasts = 0;
+    if (decides < 0) ends &= m->roles[j] == 'h' && side > 0;
   }
-  if (*missed > 0) return PS_FAILS;
+  if (*missed > 0) return ends ? PS_ENDS : PS_FAILS;
   return (lasts ? PS_LASTS : PS_HOLDS) | (idle ? PS_IDLE : 0);
 }
 
@@ -65,13 +70,17 @@ static void note_entered(ps_run *s, const double *z) {
   memcpy(s->entered[s->choices++ % PS_ENTERED], z, sizeof s->entered[0]);
 }
 
-static int same_motion(const double *a, const double *b) {
-  double difference = 0, size = 0;
-  for (int i = 0; i < PS_NX; i++) {
-    difference = PS_MAX(difference, fabs(a[i] - b[i]));
-    size = PS_MAX(size, fabs(a[i]));
-  }
-  return difference <= PS_SAME_MOTION * size;
+static double largest_rate(const double *rates) {
+  double size = 0;
+  for (int i = 0; i < PS_NX; i++) size = PS_MAX(size, fabs(rates[i]));
+  return size;
+}
+
+/* Whether rates are those of one motion; less than `rounding` they are not known to. */
+static int same_motion(const double *a, const double *b, double rounding) {
+  double difference = 0, same = PS_SAME_MOTION * largest_rate(a);
+  for (int i = 0; i < PS_NX; i++) difference = PS_MAX(difference, fabs(a[i] - b[i]));
+  return difference <= PS_MAX(same, rounding);
 }
 
 /* Goes to the next combination of alternatives, in the end to the first one again. */
@@ -95,6 +104,20 @@ static int offer(const double *condition, const int *given, int offered[][PS_NAL
   return combinations;
 }
 
+/* Whether all forces are given: no rigid contact can be closed. */
+static int forces_are_given(int offered[][PS_NALT], const int *count) {
+  int given = 1;
+#ifdef PS_IMPACTS
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int p = PS_RIGID_CONTACT[k];
+    given &= count[p] == 1 && PS_IS_OPEN[offered[p][0]];
+  }
+#endif
+  (void)offered;
+  (void)count;
+  return given;
+}
+
 /* Writes the memory of a combination into that of the run. */
 static void take_up(ps_run *s, const int *taken, double memory[][PS_OWNED_SIZE]) {
   for (int p = 0; p < PS_NPART; p++)
@@ -111,7 +134,7 @@ static void rest(ps_run *s, const ps_options *o, const double *condition,
     for (int p = 0; p < PS_NPART; p++) now[p] = offered[p][at[p]];
     take_up(s, now, memory);
     const int held = consistent(s, o, &missed);
-    if (held && !(held & PS_IDLE)) {
+    if (held && !(held & (PS_IDLE | PS_ENDS))) {
       memcpy(z, s->z, PS_OWNED_SIZE * sizeof(double));
       return;
     }
@@ -119,16 +142,37 @@ static void rest(ps_run *s, const ps_options *o, const double *condition,
   }
 }
 
+/* Puts into z the memory of a combination of the motion with these rates that lasts, with as many parts
+ * in what they prefer; 0 where there is none. */
+static int lasting(ps_run *s, const ps_options *o, const double *condition,
+                   double memory[][PS_OWNED_SIZE], const double *rates, double rounding, int most, double *z) {
+  int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0}, now[PS_NPART];
+  double missed;
+  const int combinations = offer(condition, NULL, offered, count);
+  for (int k = 0; k < combinations; k++) {
+    int preferred = 0;
+    for (int p = 0; p < PS_NPART; p++) preferred += PS_IS_PREFERRED[now[p] = offered[p][at[p]]];
+    take_up(s, now, memory);
+    if (preferred == most && consistent(s, o, &missed) == PS_LASTS && same_motion(s->k[0], rates, rounding)) {
+      memcpy(z, s->z, PS_OWNED_SIZE * sizeof(double));
+      return 1;
+    }
+    next_combination(count, at);
+  }
+  return 0;
+}
+
 /* Chooses the local modes after a reset to x and z, both of which may be changed. Of several motions
  * the policy takes the one with most (1) or fewest (-1) open parts, or none (0); where that leaves a
- * choice, one with most parts in what they prefer. Of a motion that is idle, parts rest where that
- * makes one that is not. Returns how many such motions there are. */
+ * choice, one with most parts in what they prefer. Where that does not last, another combination of the
+ * same motion may. Of a motion that is idle, parts rest where that makes one that is not. Returns how
+ * many such motions there are. */
 static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
-  double best_rate[PS_NX] = {0}, nearest = HUGE_VAL, near[PS_NZ], missed = 0;
+  double best_rate[PS_NX] = {0}, nearest = HUGE_VAL, near[PS_NZ], missed = 0, span = 0;
   double *res[2] = {condition, &memory[0][0]};
   int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0}, now[PS_NPART], taken[PS_NPART];
-  int motions = 0, best = -1, repeats = 1, most = 0, idle = 0, some = 0;
+  int motions = 0, best = -1, repeats = 1, most = 0, idle = 0, some = 0, lasts = 1;
   memcpy(x_before, s->x, sizeof x_before);
   memcpy(z_before, s->z, sizeof z_before);
   for (int i = 0; i < PS_NREST; i++)
@@ -137,6 +181,7 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   memcpy(s->z, z, sizeof z_before);
   call(s, PS_ALTERNATIVES, x, res);
   const int combinations = offer(condition, NULL, offered, count);
+  s->exists = forces_are_given(offered, count);
   for (int k = 0; k < combinations; k++) {
     int rank = 0, preferred = 0;
     for (int p = 0; p < PS_NPART; p++) {
@@ -147,9 +192,10 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
     take_up(s, now, memory);
     rank = PS_POLICY < 0 ? PS_NPART - rank : rank;
     const int held = combinations == 1 ? PS_HOLDS : consistent(s, o, &missed);
+    if (combinations > 1) span = PS_MAX(span, largest_rate(s->k[0]));
     const int left = !memcmp(s->z, z_before, PS_OWNED_SIZE * sizeof(double));
-    const int again = PS_EXISTS && (left || entered_before(s, s->z));
-    if (held) {
+    const int again = s->exists && (left || entered_before(s, s->z));
+    if (held && held != PS_ENDS) {
       /* Among those that differ by rounding alone, one that lasts; last the combination just left. */
       rank = 3 * (PS_NPART + 1) * (2 * rank + !(left || again)) + 3 * preferred;
       rank += left || again ? 0 : held & ~PS_IDLE;
@@ -158,29 +204,36 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
       most = PS_MAX(most, preferred);
       /* Rates of an idle one are those of others but for rounding. */
       some |= held & PS_IDLE;
-      if (preferred == most && !(held & PS_IDLE)) motions += !motions || !same_motion(s->k[0], best_rate);
+      if (preferred == most && !(held & PS_IDLE))
+        motions += !motions || !same_motion(s->k[0], best_rate, 0);
       if (rank > best) {
         best = rank;
         idle = held & PS_IDLE;
+        lasts = combinations == 1 || held & PS_LASTS;
         memcpy(best_rate, s->k[0], sizeof best_rate);
         memcpy(z, s->z, sizeof z_before);
         memcpy(taken, now, sizeof taken);
       }
-    } else if (!again && missed < nearest) {
+    } else if (!again && (s->exists || held) && missed < nearest) {
       nearest = missed;
       memcpy(near, s->z, sizeof near);
     }
     next_combination(count, at);
   }
+  if (!s->exists && !lasts &&
+      lasting(s, o, condition, memory, best_rate, PS_ZERO_TERMS * span, most, z))
+    idle = 0;
   if (idle) rest(s, o, condition, memory, taken, z);
   motions = motions ? motions : some > 0;
   memcpy(s->x, x_before, sizeof x_before);
   memcpy(s->z, z_before, sizeof z_before);
-  if (PS_EXISTS && (!motions || repeats) && nearest < HUGE_VAL) {
-    /* Forces that are all given leave one motion: where rounding hides it, the nearest is taken. */
+  if ((!motions || (s->exists && repeats)) && nearest < HUGE_VAL) {
+    /* Forces that are all given leave one motion: where rounding hides it, the nearest is taken. Of
+     * others one that ends in no time. */
     memcpy(z, near, sizeof near);
     motions = 1;
   }
+  s->repeats = motions && entered_before(s, z);
   if (motions) note_entered(s, z);
   return PS_POLICY == 0 && motions > 1 ? 0 : motions;
 }

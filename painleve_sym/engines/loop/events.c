@@ -24,6 +24,7 @@ static void note_event(ps_run *s, const ps_options *o, int from, int j, int kind
                        const double *xn, const double *zn) {
   s->count.events++;
   s->last_kind = kind;
+  s->last_contact = contact;
   watch_event(s, kind);
   if (o->until[kind]) s->hit = 1;
   if (!o->record) return;
@@ -52,10 +53,11 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     s->mode = tr->target[choice];
     *departs = tr->departs[choice] | kept;
 #if PS_NPART
+    s->repeats = 0;
     if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
     if (tr->chooses) *departs |= PS_LEAVING[s->mode];
 #endif
-  } else { /* also where a decision is asked for: the caller continues from here */
+  } else { /* also where the contacts strike: the loop continues from there */
     s->reason = tr->stop;
     s->stop_transition = j;
   }
@@ -123,13 +125,14 @@ static double first_step(ps_run *s, const ps_options *o) {
 /* Enters the mode in s->mode: transitions that must happen at once do, then guards are armed. */
 static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible) {
   for (int chain = 0; s->reason == PS_RUNNING; chain++) {
-    const ps_mode *m = &PS_MODES[s->mode];
+    specialise(s);
+    const ps_variant *v = &PS_VARIANTS[s->variant];
     if (chain == PS_CHAIN) {
       s->reason = PS_ACCUMULATION;
       return;
     }
     double *res[4] = {s->g, s->dg, s->d2, s->k[0]};
-    call(s, m->jets, s->x, res);
+    call(s, v->jets, s->x, res);
     s->h_ref = first_step(s, o);
     if (!isfinite(s->h_ref)) {
       s->reason = PS_NON_FINITE;
@@ -137,12 +140,17 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
     }
     const double zero = PS_ZERO_TIME * s->h_ref, moment = PS_MOMENT * fabs(s->t);
     int fire = -1;
-    for (int j = 0; j < m->n && fire < 0; j++) {
-      int side = guard_side(s->g[j], s->dg[j], s->d2[j], zero, moment, (departs >> j) & 1);
+    for (int j = 0; j < v->n && fire < 0; j++) {
+      const int left = (departs >> v->transition[j]) & 1;
+      int side = guard_side(s->g[j], s->dg[j], s->d2[j], zero, moment, left);
+#if PS_NPART
+      /* What is chosen again and again follows a guard that rises too slowly for the choice to see. */
+      if (side < 0 && s->repeats && s->dg[j] > 0) side = 0;
+#endif
       s->armed[j] = side > 0;
-      if (side < 0) fire = j;
+      if (side < 0) fire = v->transition[j];
     }
-    if (fire < 0 && m->immediate) fire = m->n;
+    if (fire < 0 && PS_MODES[s->mode].immediate) fire = PS_MODES[s->mode].n;
     if (fire < 0) return;
     apply(s, o, fire, visible, 0, &departs);
   }
@@ -158,6 +166,7 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   s->last_kind = -1;
 #if PS_NPART
   s->t_entered = -HUGE_VAL;
+  s->repeats = 0;
 #endif
   s->reason = PS_RUNNING;
   s->stop_transition = -1;

@@ -21,6 +21,14 @@ typedef struct {
   double velocity[PS_CONTACT_ROWS], e[1];
 } ps_contact_numbers;
 
+/* What a listener hears of an impact or a closing: the contacts and rows that take part, whether it is the
+ * `first` event of its stretch of motion or else the contact of the event that it comes `after`, all
+ * impulses, state and memory. */
+typedef struct {
+  double n, rows, first, after, contact[PS_RIGID], row[PS_CONTACT_ROWS], impulses[PS_CONTACT_ROWS];
+  double before[PS_NX], memory[PS_NZ + 1];
+} ps_change;
+
 static void contact_numbers_of(ps_run *s, const double *x, ps_contact_numbers *c) {
   double *res[7] = {c->W, c->load, c->directions, c->mu, c->drive, c->velocity, c->e};
   call(s, PS_IMPACTS, x, res);
@@ -102,11 +110,36 @@ static void book_loss(ps_run *s, const double *before, double *x) {
   x[PS_WORKS[0]] += loss;
 }
 
+/* Tells a listener what changed the state `before`, and lets it add to x. */
+static void tell_change(const ps_run *s, ps_listener listener, int what, int n, const int *contact,
+                        int rows, const int *row, const double *impulses, const double *before,
+                        double *x) {
+  ps_change change = {.n = n, .rows = rows, .first = s->last_kind < 0, .after = s->last_contact};
+  if (!listener) return;
+  for (int i = 0; i < n; i++) change.contact[i] = contact[i];
+  for (int i = 0; i < rows; i++) change.row[i] = row[i];
+  memcpy(change.impulses, impulses, sizeof change.impulses);
+  memcpy(change.before, before, sizeof change.before);
+  memcpy(change.memory, s->z, sizeof change.memory);
+  listener(what, (const double *)&change, x);
+}
+
+/* Gives a row the velocity that the coordinates have after impulses, 0 where it is rounding. */
+static void move_along(const ps_contact_numbers *c, int row, const double *impulses, double *x) {
+  double velocity = c->velocity[row], terms = fabs(velocity);
+  for (int i = 0; i < PS_CONTACT_ROWS; i++) {
+    const double change = c->W[row * PS_CONTACT_ROWS + i] * impulses[i];
+    velocity += change;
+    terms += fabs(change);
+  }
+  x[rate_state(row)] = fabs(velocity) > PS_RATE_ROUNDING * terms ? velocity : 0;
+}
+
 /* Closes contacts whose gap and normal velocity are all but 0; those at rest, guides too, are among
  * them and stay closed. A contact with friction whose slip the normal impulses alone would start or turn
- * sticks: so no energy is added. */
+ * sticks: so no energy is added. The others move as the coordinates do, whose velocities are what stops. */
 static void close_contacts(ps_run *s, const ps_contact_numbers *c, int n, const int *contact,
-                           double *x) {
+                           double *x, ps_listener listener) {
   int row[PS_ROWS] = {0}, count = n;
   double impulses[PS_CONTACT_ROWS], work[2] = {0}, before[PS_NX];
   memcpy(before, x, sizeof before);
@@ -123,8 +156,14 @@ static void close_contacts(ps_run *s, const ps_contact_numbers *c, int n, const 
   for (int i = 0; i < count; i++)
     work[PS_AXIS_OF(row[i])] += impulses[row[i]] * c->velocity[row[i]] / 2;
   push_contacts(c, impulses, x);
+  for (int k = 0; k < PS_RIGID; k++) {
+    int closes = 0;
+    for (int i = 0; i < n; i++) closes |= contact[i] == PS_RIGID_CONTACT[k];
+    for (int axis = 0; axis < 2 && !closes; axis++) move_along(c, PS_ROW(PS_RIGID_CONTACT[k], axis), impulses, x);
+  }
   for (int i = 0; i < 2; i++) x[PS_WORKS[i]] -= work[i];
   for (int i = 0; i < count; i++) x[rate_state(row[i])] = 0;
+  tell_change(s, listener, PS_TOLD_CLOSING, n, contact, count, row, impulses, before, x);
 }
 
 /* Closes the gaps that close at the same instant but for rounding; contacts that seem to open rest. */
@@ -144,7 +183,7 @@ static void bring_together(ps_run *s, const ps_options *o, double *x) {
   book_loss(s, s->x, x);
   if (!opens) return;
   contact_numbers_of(s, x, &c);
-  close_contacts(s, &c, n, contact, x);
+  close_contacts(s, &c, n, contact, x, NULL);
 }
 
 /* Closes the contacts whose bounces have died out by the time t; 0 where there is none. */
@@ -162,12 +201,12 @@ static int close_settled(ps_run *s, const ps_options *o, double t, double *x) {
     }
   }
   if (!moves) return 0;
-  close_contacts(s, &c, n, contact, x);
+  close_contacts(s, &c, n, contact, x, o->listener);
   return 1;
 }
 
 /* Closes the contacts that leave but would be back within `time`; 0 where there is none. */
-static int close_short(ps_run *s, double time, double *x) {
+static int close_short(ps_run *s, const ps_options *o, double time, double *x) {
   ps_contact_numbers c;
   int contact[PS_RIGID], n = 0, moves = 0;
   contact_numbers_of(s, x, &c);
@@ -179,16 +218,17 @@ static int close_short(ps_run *s, double time, double *x) {
     if (is_short || (x[at[PS_GAP]] <= 0 && rate == 0)) contact[n++] = i;
   }
   if (!moves) return 0;
-  close_contacts(s, &c, n, contact, x);
+  close_contacts(s, &c, n, contact, x, o->listener);
   return 1;
 }
 
 /* The impact of the closed contacts, from and to the state x; its impulses (2 n). 0 where it jams. */
-static int impact_at(ps_run *s, double *x, double *impulses) {
+static int impact_at(ps_run *s, const ps_options *o, double *x, double *impulses) {
   ps_contact_numbers c;
   int closed[PS_RIGID], held[PS_RIGID], row[PS_ROWS], n = 0, ended;
   double W[PS_ROWS * PS_ROWS], mu[PS_RIGID] = {0}, v[PS_ROWS], load[PS_RIGID], after[PS_ROWS];
-  double P[PS_ROWS], work[PS_ROWS], normal = 0, tangential = 0;
+  double P[PS_ROWS], work[PS_ROWS], normal = 0, tangential = 0, before[PS_NX];
+  memcpy(before, x, sizeof before);
   contact_numbers_of(s, x, &c);
   for (int k = 0; k < PS_RIGID; k++) {
     const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]];
@@ -206,7 +246,7 @@ static int impact_at(ps_run *s, double *x, double *impulses) {
     mu[i] = c.mu[closed[i]];
     load[i] = c.load[PS_N(closed[i])];
   }
-  ended = follow_impact(n, W, mu, v, held, load, PS_IMPACT_LAW, c.e[0], after, P, work);
+  ended = follow_impact(n, W, mu, v, held, load, PS_IMPACT_LAW, c.e[0], after, P, work, o->listener);
   if (!ended) return 0;
   for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
   for (int i = 0; i < n; i++) {
@@ -220,6 +260,7 @@ static int impact_at(ps_run *s, double *x, double *impulses) {
   for (int i = 0; i < PS_SIZE(n); i++) x[rate_state(row[i])] = after[i];
   x[PS_WORKS[0]] -= normal;
   x[PS_WORKS[1]] -= tangential;
+  tell_change(s, o->listener, PS_TOLD_IMPACT, n, closed, PS_SIZE(n), row, impulses, before, x);
   return 1;
 }
 
@@ -240,6 +281,16 @@ static void stop_impact(ps_run *s, const double *x, int reason) {
   memcpy(s->x, x, sizeof s->x);
 }
 
+/* Whether a closed contact approaches. */
+static int collides(const double *x) {
+  int any = 0;
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]];
+    any |= x[at[PS_GAP]] <= 0 && x[at[PS_GAP_RATE]] < 0;
+  }
+  return any;
+}
+
 /* Answers a run that asks what follows: the limit of bounces, an impact, or a jam. 0: it ended. */
 static int strike(ps_run *s, const ps_options *o) {
   const double t = s->t_base + s->t;
@@ -254,6 +305,11 @@ static int strike(ps_run *s, const ps_options *o) {
   bring_together(s, o, x);
   watch_now(s);
   s->reason = PS_RUNNING;
+  if (collides(s->x) && !collides(x)) { /* it was rounding of contacts that rest */
+    note_impact(s, o, from, PS_SETTLE_KIND, x, z);
+    begin_again(s, o);
+    return 1;
+  }
   if (s->last_kind == PS_TOUCHDOWN_KIND) {
     note_touchdown(s, t);
     if (touchdowns_accumulate(s)) {
@@ -266,12 +322,12 @@ static int strike(ps_run *s, const ps_options *o) {
       return 1;
     }
   }
-  if (!impact_at(s, x, z + PS_IMPULSES)) {
+  if (!impact_at(s, o, x, z + PS_IMPULSES)) {
     stop_impact(s, x, PS_JAM);
     return 0;
   }
   note_impact(s, o, from, PS_IMPACT_KIND, x, z);
-  if (close_short(s, PS_REMAINDER * t, x)) note_impact(s, o, from, PS_SETTLE_KIND, x, z);
+  if (close_short(s, o, PS_REMAINDER * t, x)) note_impact(s, o, from, PS_SETTLE_KIND, x, z);
   begin_again(s, o);
   return 1;
 }

@@ -18,15 +18,39 @@ static const double PS_REST_SPEED = 1e-14, PS_ALL_REST_SPEED = 1e-10;
 /* Of a mobility with a unit diagonal: a singular value below the first is zero. Of the largest
  * mobility: what is then added to tell the least of several impulses of one effect. */
 static const double PS_SINGULAR_MOBILITY = 1e-12, PS_MORE_MOBILITY = 1e-8;
+/* Of the sum of the terms of a rate: two that differ by less are one. */
+static const double PS_EQUAL_RATES = 1e-6;
 /* Pieces after which a path counts as endless; a path of two contacts has about ten. */
 static const int PS_PIECES = 1000;
 /* Residuals, roundings and noise of a contact problem, as in contacts/problem.py. */
 static const double PS_RESIDUAL = 1e-10, PS_NOISE = 1e-13,
                     PS_DIFFERENCE_ROUNDING = 8.881784197001252e-16, PS_DISTINCT = 1e-8;
 
+/* What a listener hears of a path, all as doubles: how it begins, and each of its steps. */
+enum { PS_TOLD_COURSE, PS_TOLD_STEP, PS_TOLD_IMPACT, PS_TOLD_CLOSING };
+typedef void (*ps_listener)(int what, const double *numbers, double *x);
+
+/* The beginning, in numbers of order 1: 2^mass of W are 1/kg, 2^speed of v are 1 m/s. */
+typedef struct {
+  double n, mass, speed, W[PS_ROWS][PS_ROWS], mu[PS_RIGID], v[PS_ROWS], border[PS_RIGID];
+} ps_course;
+
+/* A straight piece, dP/dtau = push, with `end` what ends it after `length` at a contact; or impulses `push`
+ * at once, by Newton's law with e, nan for a stop. Both are `fixed` + the columns times unknowns, which
+ * make the rates of `row` vanish. `alone`: nothing else was possible. */
+enum { PS_STRAIGHT, PS_ALL_AT_ONCE, PS_WEIGHS };
+enum { PS_BORDER, PS_ENERGY_BACK, PS_SLIP_ZERO, PS_SPENT };
+typedef struct {
+  double kind, e, length, end, contact, work, alone, unknowns, row[PS_ROWS];
+  double column[PS_ROWS][PS_ROWS], fixed[PS_ROWS], v[PS_ROWS], push[PS_ROWS], rates[PS_ROWS];
+  double after[PS_ROWS], budget[PS_RIGID], budget_after[PS_RIGID], compresses[PS_RIGID];
+  double rubs[PS_RIGID];
+} ps_step;
+
 /* The inputs are scaled to order 1. */
 typedef struct {
-  int n, law, singular, guides;
+  int n, law, singular, guides, mass, speed;
+  ps_listener listener; /* or NULL */
   const int *held; /* contacts that hold from both sides */
   double e;
   ps_square W;
@@ -236,8 +260,18 @@ static int changes_velocity(const ps_problem *p, const double *P) {
   return changes;
 }
 
+/* Whether two solutions are different. */
+static int are_distinct(int rows, const double *P, const double *Q) {
+  double size = 0, apart = 0;
+  for (int i = 0; i < rows; i++) {
+    size = PS_MAX(size, PS_MAX(fabs(P[i]), fabs(Q[i])));
+    apart = PS_MAX(apart, fabs(P[i] - Q[i]));
+  }
+  return apart > PS_DISTINCT * size;
+}
+
 /* Solution of least normal impulse of the contacts that open, with its modes and accelerations; where
- * `moving`, of those that change a velocity. 0: there is none. */
+ * `moving`, of those that change a velocity. 0: there is none; 2: there are others. */
 static int least_impulses(const ps_path *path, ps_square W, const double *aim, int moving, double *P,
                           double *a, int *mode) {
   const int n = path->n;
@@ -266,12 +300,13 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
         sum[path->held[i] != 0] += (path->held[i] ? fabs(normal) : normal) * p.unit[PS_N(i)];
       }
       for (int i = 0; i < 2; i++) sum[i] = rounded_to_nine(sum[i]);
+      if (possible && are_distinct(PS_SIZE(n), now, best)) possible = 2;
       if (!possible || is_less(&p, sum, now, least, best)) {
         shown_modes(&p, now, shown);
         memcpy(mode, shown, sizeof shown);
         memcpy(best, now, sizeof best);
         memcpy(least, sum, sizeof least);
-        possible = 1;
+        possible = PS_MAX(possible, 1);
       }
     }
     for (int i = n - 1; i >= 0 && ++choice[i] == offered[i]; i--) choice[i] = 0;
@@ -286,7 +321,7 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
     for (int j = 0; j < PS_SIZE(n); j++) terms += fabs(W[i][j]) * fabs(P[j]);
     if (held || fabs(a[i]) <= PS_SUM_ROUNDING * terms) a[i] = 0;
   }
-  return 1;
+  return possible;
 }
 
 /* Whether impulses meet the laws of the contacts with `still` rates that vanish; writes the rates, 0 where
@@ -316,31 +351,47 @@ static int is_limit(const ps_path *path, const double *aim, const double *P, con
   return worst <= PS_MISSED;
 }
 
-/* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open, and `moving`
- * where they have to change a velocity; 0: there are none. */
-static int impulses_at_once(const ps_path *path, const double *aim, int moving, double *P, double *a) {
-  const int n = path->n, rows = PS_SIZE(n);
-  int mode[PS_RIGID], k = 0, held[PS_ROWS];
-  double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS], largest = 0;
-  ps_square W, matrix;
-  memcpy(W, path->W, sizeof W);
-  if (!path->singular) return least_impulses(path, W, aim, moving, P, a, mode);
-  for (int i = 0; i < rows; i++) largest = PS_MAX(largest, W[i][i]);
-  for (int i = 0; i < rows; i++) W[i][i] += PS_MORE_MOBILITY * largest;
-  if (!least_impulses(path, W, aim, moving, P, a, mode)) return 0;
-  /* The limit of ever less mobility added, in the same modes. */
-  for (int i = 0; i < n; i++) {
+/* The rates that the modes of impulses P make vanish, and the directions of the impulses that do so. */
+static int unknowns_of(const ps_path *path, const int *mode, const double *P, int *held,
+                       double (*along)[2]) {
+  int k = 0;
+  for (int i = 0; i < path->n; i++) {
     const int sticks = mode[i] == PS_STUCK && path->mu[i] > 0;
     const double mu = P[PS_N(i)] < 0 ? -path->mu[i] : path->mu[i];
     const double slope = mode[i] == PS_SLIP_POS ? -mu : mode[i] == PS_SLIP_NEG ? mu : 0;
-    for (int entry = 0; mode[i] != PS_APART && entry < 1 + sticks; entry++) {
+    for (int entry = 0; mode[i] != PS_APART && entry < 1 + sticks; entry++, k++) {
       held[k] = PS_ROW(i, entry);
       along[k][0] = !entry;
       along[k][1] = sticks ? entry : slope;
-      right[k] = -aim[held[k]];
-      k++;
     }
   }
+  return k;
+}
+
+/* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open, and `moving`
+ * where they have to change a velocity; 0: there are none. The step takes what made them. */
+static int impulses_at_once(const ps_path *path, const double *aim, int moving, double *P, double *a,
+                            ps_step *step) {
+  const int n = path->n, rows = PS_SIZE(n);
+  int mode[PS_RIGID], k, held[PS_ROWS], possible;
+  double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS], largest = 0;
+  ps_square W, matrix;
+  memcpy(W, path->W, sizeof W);
+  for (int i = 0; i < rows; i++) largest = PS_MAX(largest, W[i][i]);
+  for (int i = 0; i < rows && path->singular; i++) W[i][i] += PS_MORE_MOBILITY * largest;
+  possible = least_impulses(path, W, aim, moving, P, a, mode);
+  if (!possible) return 0;
+  k = unknowns_of(path, mode, P, held, along);
+  step->alone = possible < 2;
+  step->unknowns = k;
+  for (int c = 0; c < k; c++) {
+    step->row[c] = held[c];
+    for (int entry = 0; entry < PS_AXES; entry++)
+      step->column[PS_ROW(PS_CONTACT_OF(held[c]), entry)][c] = along[c][entry];
+  }
+  if (!path->singular) return 1;
+  /* The limit of ever less mobility added, in the same modes. */
+  for (int r = 0; r < k; r++) right[r] = -aim[held[r]];
   for (int r = 0; r < k; r++)
     for (int c = 0; c < k; c++) {
       const double *row = &path->W[held[r]][PS_N(PS_CONTACT_OF(held[c]))];
@@ -358,11 +409,27 @@ static int impulses_at_once(const ps_path *path, const double *aim, int moving, 
   return 1;
 }
 
+/* Tells the listener of a step that begins at the velocity v; what it was made of is in it. */
+static void tell_step(const ps_path *path, ps_step *step, int kind, const double *v,
+                      const double *push, const double *rates) {
+  step->kind = kind;
+  memcpy(step->v, v, sizeof step->v);
+  memcpy(step->push, push, sizeof step->push);
+  memcpy(step->rates, rates, sizeof step->rates);
+  path->listener(PS_TOLD_STEP, (const double *)step, NULL);
+}
+
 /* Sets dP_n/dtau of the contacts that push, the largest 1, by what would stop them at once. */
 static void weigh(ps_path *path) {
-  double P[PS_ROWS], a[PS_ROWS], largest = 0;
+  double P[PS_ROWS] = {0}, a[PS_ROWS] = {0}, largest = 0;
+  ps_step step = {0};
   for (int i = 0; i < path->n; i++) path->weight[i] = 1;
-  if (path->n < 2 || !impulses_at_once(path, path->v, 0, P, a)) return;
+  if (path->n < 2) return;
+  step.alone = 1;
+  if (!impulses_at_once(path, path->v, 0, P, a, &step)) {
+    for (int i = 0; i < PS_ROWS; i++) P[i] = step.unknowns = 0;
+  }
+  if (path->listener) tell_step(path, &step, PS_WEIGHS, path->v, P, a);
   for (int i = 0; i < path->n; i++) {
     if (path->held[i]) P[PS_N(i)] = 0;
     largest = PS_MAX(largest, P[PS_N(i)]);
@@ -492,8 +559,9 @@ static double missed_by(const ps_path *path, const ps_way *const *way, const dou
   return worst;
 }
 
-/* dP/dtau of one way for each contact; of least norm where rigidity leaves the forces open. */
-static void push_of(const ps_path *path, const ps_way *const *way, double *push) {
+/* dP/dtau of one way for each contact; of least norm where rigidity leaves the forces open. The step, or
+ * NULL, takes what it is made of. */
+static void push_of(const ps_path *path, const ps_way *const *way, double *push, ps_step *step) {
   const int rows = PS_SIZE(path->n);
   ps_square matrix;
   int k = 0, row[PS_ROWS], contact[PS_ROWS];
@@ -506,6 +574,15 @@ static void push_of(const ps_path *path, const ps_way *const *way, double *push)
       row[k] = PS_ROW(i, way[i]->vanishing[u]);
       contact[k] = i;
       along[k++] = way[i]->direction[u];
+    }
+  }
+  if (step) {
+    step->unknowns = k;
+    memcpy(step->fixed, push, sizeof step->fixed);
+    for (int c = 0; c < k; c++) {
+      step->row[c] = row[c];
+      for (int entry = 0; entry < PS_AXES; entry++)
+        step->column[PS_ROW(contact[c], entry)][c] = along[c][entry];
     }
   }
   if (!k) return;
@@ -537,55 +614,107 @@ static int before(const ps_rank *a, const ps_rank *b) {
   return 0;
 }
 
+/* The ways of all contacts, those that stand `at` their places taken together. */
+typedef struct {
+  ps_way offered[PS_RIGID][PS_WAYS];
+  int count[PS_RIGID], at[PS_RIGID];
+  const ps_way *way[PS_RIGID];
+} ps_ways;
+
+static void all_ways(const ps_path *path, ps_ways *ways) {
+  memset(ways->at, 0, sizeof ways->at);
+  for (int i = 0; i < path->n; i++) {
+    ways->count[i] = ways_of(path, i, ways->offered[i]);
+    ways->way[i] = ways->offered[i];
+  }
+}
+
+/* Takes the next combination; 0 after the last. */
+static int next_ways(const ps_path *path, ps_ways *ways) {
+  for (int i = path->n - 1; i >= 0; i--) {
+    ways->at[i] = (ways->at[i] + 1) % ways->count[i];
+    ways->way[i] = &ways->offered[i][ways->at[i]];
+    if (ways->at[i]) return 1;
+  }
+  return 0;
+}
+
+/* dP/dtau of the present ways and its rank; whether it is admitted. Where `pressing`, whose largest is
+ * `size`, the velocities have to change. */
+static int candidate(const ps_path *path, const ps_ways *ways, const double *pressing, double size,
+                     double *push, ps_rank *rank) {
+  double rates[PS_ROWS];
+  int moves = !pressing;
+  push_of(path, ways->way, push, NULL);
+  memset(rank, 0, sizeof *rank);
+  rank->missed = missed_by(path, ways->way, push);
+  for (int i = 0; i < path->n; i++) {
+    if (path->held[i]) continue;
+    rank->order[1] += push[PS_N(i)];
+    if (pressing) rank->order[0] += push[PS_N(i)] * pressing[i];
+  }
+  rank->order[0] = rounded_to_nine(rank->order[0] / size);
+  rank->order[1] = rounded_to_nine(rank->order[1]);
+  rank->order[2] = rounded_to_nine(dot(PS_SIZE(path->n), push, push));
+  if (!(rank->missed <= PS_MISSED)) return 0;
+  if (pressing) rates_of(path, push, rates);
+  for (int i = 0; i < PS_SIZE(path->n) && !moves; i++) moves = rates[i] != 0;
+  return moves;
+}
+
+/* Whether two pushes have the same dv/dtau but for rounding. */
+static int same_rates(const ps_path *path, const double *a, const double *b) {
+  for (int i = 0; i < PS_SIZE(path->n); i++) {
+    double change = 0, terms = 0;
+    for (int j = 0; j < PS_SIZE(path->n); j++) {
+      change += path->W[i][j] * (a[j] - b[j]);
+      terms += fabs(path->W[i][j]) * PS_MAX(fabs(a[j]), fabs(b[j]));
+    }
+    if (fabs(change) > PS_EQUAL_RATES * terms) return 0;
+  }
+  return 1;
+}
+
 /* dP/dtau: of several possible ones that of least normal force. Where `pressing`, for an impact
  * without collision: b_n of each contact; the velocities then have to change, and contacts with
- * b_n < 0 push first. 0 where no such impact is possible. */
-static int choose_push(const ps_path *path, const double *pressing, double *push) {
-  const int n = path->n, rows = PS_SIZE(n);
-  ps_way ways[PS_RIGID][PS_WAYS];
-  const ps_way *way[PS_RIGID];
-  int count[PS_RIGID] = {0}, at[PS_RIGID] = {0}, possible = 0, any = 0;
-  long combinations = 1;
-  double now[PS_ROWS], rates[PS_ROWS], nearest[PS_ROWS] = {0}, size = 0;
-  ps_rank best = {0}, near = {0};
-  for (int i = 0; i < n; i++) combinations *= count[i] = ways_of(path, i, ways[i]);
-  for (int i = 0; i < n && pressing; i++)
+ * b_n < 0 push first. 0 where no such impact is possible. The step takes what it is made of. */
+static int choose_push(const ps_path *path, const double *pressing, double *push, ps_step *step) {
+  ps_ways ways;
+  int possible = 0, any = 0, taken[PS_RIGID] = {0}, closest[PS_RIGID] = {0};
+  double now[PS_ROWS], nearest[PS_ROWS] = {0}, size = 0;
+  ps_rank best = {0}, near = {0}, rank;
+  for (int i = 0; i < path->n && pressing; i++)
     if (!path->held[i]) size = PS_MAX(size, fabs(pressing[i]));
   if (size == 0) size = 1;
-  for (long k = 0; k < combinations; k++) {
-    ps_rank rank = {0, {0}};
-    for (int i = 0; i < n; i++) way[i] = &ways[i][at[i]];
-    push_of(path, way, now);
-    rank.missed = missed_by(path, way, now);
-    for (int i = 0; i < n; i++) {
-      if (path->held[i]) continue;
-      rank.order[1] += now[PS_N(i)];
-      if (pressing) rank.order[0] += now[PS_N(i)] * pressing[i];
-    }
-    rank.order[0] = rounded_to_nine(rank.order[0] / size);
-    rank.order[1] = rounded_to_nine(rank.order[1]);
-    rank.order[2] = rounded_to_nine(dot(rows, now, now));
-    int admitted = rank.missed <= PS_MISSED;
-    if (admitted && pressing) {
-      rates_of(path, now, rates);
-      admitted = 0;
-      for (int i = 0; i < rows; i++) admitted |= rates[i] != 0;
-    }
+  all_ways(path, &ways);
+  do {
+    const int admitted = candidate(path, &ways, pressing, size, now, &rank);
     if (admitted && (!possible || before(&rank, &best))) {
       possible = 1;
       best = rank;
       memcpy(push, now, sizeof now);
+      memcpy(taken, ways.at, sizeof taken);
     }
     if (!any || rank.missed < near.missed || (rank.missed == near.missed && before(&rank, &near))) {
       any = 1;
       near = rank;
       memcpy(nearest, now, sizeof now);
+      memcpy(closest, ways.at, sizeof closest);
     }
-    for (int i = n - 1; i >= 0 && ++at[i] == count[i]; i--) at[i] = 0;
-  }
+  } while (next_ways(path, &ways));
   /* Without guides one exists, by Kakutani's theorem: where rounding hides it, the nearest is taken. */
   const int exists = !pressing && !path->guides;
   if (!possible && exists) memcpy(push, nearest, sizeof nearest);
+  if (path->listener && (possible || exists)) {
+    step->alone = 1;
+    do {
+      const int admitted = possible && candidate(path, &ways, pressing, size, now, &rank);
+      if (admitted && !same_rates(path, now, push)) step->alone = 0;
+    } while (next_ways(path, &ways));
+    for (int i = 0; i < path->n; i++)
+      ways.way[i] = &ways.offered[i][possible ? taken[i] : closest[i]];
+    push_of(path, ways.way, now, step);
+  }
   return possible || exists;
 }
 
@@ -682,27 +811,38 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
   path->work = lapses ? 0 : path->work + work;
 }
 
-/* Length of the present piece: infinite where it has no end. */
-static double piece_length(const ps_path *path, const double *push, const double *rates) {
-  double length = energy_is_back(path, push, rates);
-  for (int i = 0; i < path->n; i++) {
-    const int n = PS_N(i), t = PS_T(i, 0);
-    length = PS_MIN(length, crossing(path->v[n] - path->border[i], rates[n]));
-    if (rubs(path, i, push)) length = PS_MIN(length, crossing(path->v[t], rates[t]));
-    length = PS_MIN(length, spent(path, i, push, rates));
-  }
-  return length;
+/* Length of the present piece, infinite where it has no end, and in the step what ends it. */
+static double piece_length(const ps_path *path, const double *push, const double *rates,
+                           ps_step *step) {
+  step->length = HUGE_VAL;
+  for (int end = PS_BORDER; end <= PS_SPENT; end++)
+    for (int i = 0; i < (end == PS_ENERGY_BACK ? 1 : path->n); i++) {
+      const int n = PS_N(i), t = PS_T(i, 0);
+      double length = HUGE_VAL;
+      if (end == PS_BORDER) length = crossing(path->v[n] - path->border[i], rates[n]);
+      if (end == PS_ENERGY_BACK) length = energy_is_back(path, push, rates);
+      if (end == PS_SLIP_ZERO && rubs(path, i, push)) length = crossing(path->v[t], rates[t]);
+      if (end == PS_SPENT) length = spent(path, i, push, rates);
+      if (!(length < step->length)) continue;
+      step->length = length;
+      step->end = end;
+      step->contact = i;
+    }
+  return step->length;
 }
 
 /* Newton's law for all contacts at once from the present velocity, and `moving` where it has to change;
  * 0 without a solution. */
 static int take_at_once(ps_path *path, double e, int moving) {
-  double aim[PS_ROWS] = {0}, P[PS_ROWS] = {0}, a[PS_ROWS], rebound[PS_ROWS];
+  double aim[PS_ROWS] = {0}, P[PS_ROWS] = {0}, a[PS_ROWS] = {0}, rebound[PS_ROWS];
+  ps_step step = {0};
   for (int i = 0; i < PS_SIZE(path->n); i++) {
     rebound[i] = PS_AXIS_OF(i) ? 0 : -e * path->v[i];
     aim[i] = path->v[i] - rebound[i];
   }
-  if (!impulses_at_once(path, aim, moving, P, a)) return 0;
+  if (!impulses_at_once(path, aim, moving, P, a, &step)) return 0;
+  step.e = moving ? NAN : e;
+  if (path->listener) tell_step(path, &step, PS_ALL_AT_ONCE, path->v, P, a);
   for (int i = 0; i < PS_SIZE(path->n); i++) {
     double after = a[i] + rebound[i];
     path->impulses[i] += P[i];
@@ -712,23 +852,37 @@ static int take_at_once(ps_path *path, double e, int moving) {
   return 1;
 }
 
+/* Tells the listener that a path begins. */
+static void tell_course(const ps_path *path) {
+  ps_course course = {.n = path->n, .mass = path->mass, .speed = path->speed};
+  if (!path->listener) return;
+  memcpy(course.W, path->W, sizeof course.W);
+  memcpy(course.mu, path->mu, sizeof course.mu);
+  memcpy(course.v, path->start, sizeof course.v);
+  memcpy(course.border, path->border, sizeof course.border);
+  path->listener(PS_TOLD_COURSE, (const double *)&course, NULL);
+}
+
 /* The same for the whole impact, in place of the path. */
 static int restart_at_once(ps_path *path) {
   for (int i = 0; i < PS_SIZE(path->n); i++) {
     path->v[i] = path->start[i];
     path->impulses[i] = path->works[i] = 0;
   }
+  tell_course(path);
   return take_at_once(path, path->e, 0);
 }
 
 /* Follows the path to where no contact pushes; 0 where it never gets there. */
 static int follow_path(ps_path *path, const double *pressing) {
-  double push[PS_ROWS], rates[PS_ROWS];
+  double push[PS_ROWS] = {0}, rates[PS_ROWS] = {0}, v[PS_ROWS];
   int collides = 0, first = 1;
   for (int i = 0; i < path->n; i++) collides |= path->v[PS_N(i)] < 0;
+  tell_course(path);
   if (collides) weigh(path);
   for (int piece = 0; piece < PS_PIECES; piece++) {
-    if (!choose_push(path, first && !collides ? pressing : NULL, push)) {
+    ps_step step = {0};
+    if (!choose_push(path, first && !collides ? pressing : NULL, push, &step)) {
       /* Friction of a guide leaves no slow way: it stops the slip at once. */
       if (!path->guides || !take_at_once(path, 0, 1)) return 0;
       first = 0;
@@ -744,9 +898,19 @@ static int follow_path(ps_path *path, const double *pressing) {
       continue;
     }
     rates_of(path, push, rates);
-    double length = piece_length(path, push, rates);
-    if (!(length < HUGE_VAL)) return 0;
-    follow_piece(path, push, rates, length);
+    if (!(piece_length(path, push, rates, &step) < HUGE_VAL)) return 0;
+    memcpy(v, path->v, sizeof v);
+    for (int i = 0; i < path->n; i++) {
+      step.budget[i] = path->budget[i];
+      step.compresses[i] = compresses(path, i, push, rates);
+      step.rubs[i] = rubs(path, i, push);
+    }
+    follow_piece(path, push, rates, step.length);
+    if (!path->listener) continue;
+    memcpy(step.after, path->v, sizeof step.after);
+    memcpy(step.budget_after, path->budget, sizeof step.budget_after);
+    step.work = path->work;
+    tell_step(path, &step, PS_STRAIGHT, v, push, rates);
   }
   return 0;
 }
@@ -767,10 +931,10 @@ static int is_singular(int n, ps_square W) {
 
 /* The impact of n closed contacts, those `held` (n) from both sides: W (2n, 2n), mu (n), v_n and v_t (2n)
  * and, for an impact without collision, b_n (n). Writes velocities after it, impulses, and works of the
- * normal and tangential impulses, each of shape (2n). 0 where it jams. */
+ * normal and tangential impulses, each of shape (2n); tells the listener, or NULL. 0 where it jams. */
 static int follow_impact(int n, const double *W, const double *mu, const double *v, const int *held,
                          const double *pressing, int law, double e, double *velocity,
-                         double *impulse, double *work) {
+                         double *impulse, double *work, ps_listener listener) {
   ps_path path;
   double largest = 0, fastest = 0;
   int mass, speed, pushing = 0, collides = 0, ended;
@@ -786,6 +950,9 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   path.law = law;
   path.e = e;
   path.held = held;
+  path.mass = mass;
+  path.speed = speed;
+  path.listener = listener;
   for (int i = 0; i < n; i++) path.guides |= held[i];
   for (int i = 0; i < PS_SIZE(n); i++) {
     for (int j = 0; j < PS_SIZE(n); j++) path.W[i][j] = ldexp(W[i * PS_SIZE(n) + j], -mass);

@@ -142,8 +142,8 @@ PS_EXPORT void ps_evaluate(int mode, const double *x, const double *z, const dou
   double w[PS_WORK + 1];
   const double *arg[3] = {x, z, c};
   double *res[2] = {rate, NULL};
-  PS_MODES[mode].field(arg, res, iw, w, 0);
+  PS_VARIANTS[mode].field(arg, res, iw, w, 0);
   res[0] = g;
   res[1] = dg;
-  PS_MODES[mode].guards(arg, res, iw, w, 0);
+  PS_VARIANTS[mode].guards(arg, res, iw, w, 0);
 }

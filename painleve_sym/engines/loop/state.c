@@ -61,6 +61,8 @@ typedef struct {
   int start_events;
   int start_mode; /* -1: chosen from the state */
   ps_bits start_departs;
+  /* Hears of impacts, see impulse.c and impact.c, and may add to the state after them; or NULL. */
+  void (*listener)(int what, const double *numbers, double *x);
 } ps_options;
 
 typedef struct {
@@ -93,7 +95,8 @@ typedef struct {
   long mode, reason, stop_transition;
   ps_counters count;
   ps_rows steps, events;
-  /* Working state. */
+  /* Working state. What is smooth of the mode is that of its variant in the present memory. */
+  long variant;
   double t_base, t_end, t_event, t_limit, h, h_ref, c[PS_NC], k[PS_STAGES][PS_NX];
   PS_STEPPER
   double g[PS_NG], dg[PS_NG], d2[PS_NG];
@@ -103,9 +106,11 @@ typedef struct {
   ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NT];
   int last_kind; /* of the last event since the run began or continued from an impact, or -1 */
+  int last_contact; /* of the last event, or -1 */
 #if PS_NPART
   double entered[PS_ENTERED][PS_NZ], t_entered; /* memory chosen at one instant, and the instant */
-  int choices;
+  int choices, repeats; /* how many, and whether the last one was there before */
+  int exists;           /* whether there is always one motion: all forces are given */
 #endif
 #ifdef PS_IMPACTS
   double touchdown[PS_TOUCHDOWNS]; /* the last times, the latest first */
@@ -137,15 +142,38 @@ static void call(ps_run *s, ps_function f, const double *x, double **res) {
   f(arg, res, s->iw, s->w, 0);
 }
 
+/* Takes the variant of the mode whose constants are the present memory, or else the mode as it is. */
+static void specialise(ps_run *s) {
+  s->variant = s->mode;
+#if PS_NV > PS_NM
+  const double *known = PS_KNOWN_MEMORY;
+  int place = 0;
+  for (int p = 0; p < PS_NPART; p++) {
+    const int size = PS_OWNED[p + 1] - PS_OWNED[p];
+    int k = 0, i = 0;
+    while (k < PS_KNOWN[p] && i < size) {
+      const double value = known[k * size + i];
+      /* One that is not a number stands for any value. */
+      if (value == s->z[PS_OWNED[p] + i] || value != value) i++;
+      else i = 0, k++;
+    }
+    if (i < size) return;
+    place = place * PS_KNOWN[p] + k;
+    known += PS_KNOWN[p] * size;
+  }
+  s->variant = PS_VARIANT_OF[s->mode][place];
+#endif
+}
+
 static void field(ps_run *s, const double *x, double *out) {
   double *res[1] = {out};
-  call(s, PS_MODES[s->mode].field, x, res);
+  call(s, PS_VARIANTS[s->variant].field, x, res);
   s->count.fields++;
 }
 
 static void guards(ps_run *s, const double *x, double *g, double *dg) {
   double *res[2] = {g, dg};
-  call(s, PS_MODES[s->mode].guards, x, res);
+  call(s, PS_VARIANTS[s->variant].guards, x, res);
   s->count.guards++;
 }
 

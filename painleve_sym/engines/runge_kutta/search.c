@@ -27,12 +27,18 @@ static ps_point dip(ps_run *s, double row[8][PS_NX], int j, double a, double b) 
   return p;
 }
 
-/* Illinois iteration between a (positive) and b (not), with a bisection now and then. */
+/* Illinois iteration between a (positive) and b (not), with a bisection where three of its steps did not
+ * halve what they enclose: of a guard that begins far nearer to its zero than to b they hardly do. */
 static double refine(ps_run *s, double row[8][PS_NX], int j, ps_point a, ps_point b) {
   int side = 0;
-  for (int it = 0; it < 100 && b.at - a.at > 4e-16; it++) {
-    double u = it % 8 == 7 ? 0.5 * (a.at + b.at) : (a.at * b.g - b.at * a.g) / (b.g - a.g);
+  double enclosed = HUGE_VAL;
+  for (int it = 0; b.at - a.at > 4e-16; it++) {
+    const double width = b.at - a.at;
+    const int slow = it % 4 == 3 && width > 0.5 * enclosed;
+    if (it % 4 == 0) enclosed = width;
+    double u = slow ? 0.5 * (a.at + b.at) : (a.at * b.g - b.at * a.g) / (b.g - a.g);
     if (!(u > a.at && u < b.at)) u = 0.5 * (a.at + b.at);
+    if (!(u > a.at && u < b.at)) break;
     ps_point p = guard_at(s, row, j, u);
     if (p.g == 0) return u;
     if (p.g > 0) {
@@ -85,7 +91,7 @@ static int may_dip(double g0, double d0, double g1, double d1, double h) {
  * there is none, PS_RETAKE where only a shorter step can tell. */
 static int find_event(ps_run *s, const double *y, double h, const double *g1, const double *d1,
                       double row[8][PS_NX], int have_dense, double *where) {
-  const ps_mode *m = &PS_MODES[s->mode];
+  const ps_variant *m = &PS_VARIANTS[s->variant];
   int first = -1;
   *where = 2;
   for (int j = 0; j < m->n; j++) {

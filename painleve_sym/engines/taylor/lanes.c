@@ -1,4 +1,4 @@
-/* One step of several motions in the same mode at once. What their series take part in is done for all
+/* One step of several motions in the same variant at once. What their series take part in is done for all
  * of them together, a lane each; where a motion goes from there is its own. Every lane does what
  * `advance` does, operation by operation, so that results are bitwise independent of the other lanes. */
 
@@ -22,7 +22,7 @@ typedef struct {
 /* Series of all motions. Vectors stay in functions that are called, so that what is called from
  * them starts with clean registers. */
 __attribute__((noinline)) static void fill_lanes(ps_group *b) {
-  const ps_series *m = &PS_SERIES[b->run[0]->mode];
+  const ps_series *m = &PS_SERIES[b->run[0]->variant];
   const int p = b->run[0]->order;
   for (int i = 0; i < PS_NX; i++) {
     PS_GATHER(b->x[i], b->run[l]->x[i]);
@@ -38,8 +38,8 @@ __attribute__((noinline)) static void fill_lanes(ps_group *b) {
 
 /* What the series of all motions say of their steps. */
 __attribute__((noinline)) static void look_along(ps_group *b, const double *h) {
-  const ps_series *m = &PS_SERIES[b->run[0]->mode];
-  const int p = b->run[0]->order, watched = PS_MODES[b->run[0]->mode].n + m->ramps;
+  const ps_series *m = &PS_SERIES[b->run[0]->variant];
+  const int p = b->run[0]->order, watched = PS_VARIANTS[b->run[0]->variant].n + m->ramps;
   const ps_lanes(*v)[PS_COLUMNS] = (const ps_lanes(*)[PS_COLUMNS])b->v;
   PS_GATHER(b->h, h[l]);
   bounds_lanes(m->guards_lanes, watched, b->scalars, p, &b->h, v, b->g, b->least);
@@ -50,7 +50,7 @@ __attribute__((noinline)) static void look_along(ps_group *b, const double *h) {
 /* The step of lane l; 0 where its motion stops. */
 static double measure_lane(ps_group *b, int l) {
   ps_run *s = b->run[l];
-  const ps_series *m = &PS_SERIES[s->mode];
+  const ps_series *m = &PS_SERIES[s->variant];
   for (int r = 0; r < m->ramps; r++)
     for (int k = 0; k < 3; k++) s->v[k][m->ramp[r]] = b->v[k][m->ramp[r]][l];
   for (int i = 0; i < m->arguments; i++)
@@ -67,7 +67,7 @@ static void take_lane(ps_group *b, int l, double h) {
   ps_run *s = b->run[l];
   ps_end end;
   for (int i = 0; i < PS_NX; i++) end.x[i] = b->end[i][l];
-  for (int r = 0; r < PS_SERIES[s->mode].ramps; r++)
+  for (int r = 0; r < PS_SERIES[s->variant].ramps; r++)
     for (int i = 0; i < 3; i++) end.ramp[r][i] = b->ramp[r][i][l];
   ps_look look = {(const double *)b->g + l, (const double *)b->least + l,
                   (const double *)b->v + l, PS_WATCHED * PS_LANES, PS_LANES};

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.taylor import ORDER
 
 if TYPE_CHECKING:
     from painleve_sym.codegen.modes import AutomatonFunctions
-
-ORDER = 20
-"""Highest order; that for the tightest tolerance, 1e-15, is 19."""
 
 MOST_LANES = 8
 """Motions of a batch side by side, or as many as a vector register of the processor holds."""

@@ -12,8 +12,8 @@ import casadi as ca
 
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.source import assemble, engine_texts
+from painleve_sym.engines.taylor import ORDER
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
-from painleve_sym.engines.taylor.runner import ORDER
 from painleve_sym.engines.taylor.scalars import Scalar
 from painleve_sym.engines.taylor.simplify import simplify
 from painleve_sym.engines.taylor.tangents import TangentCode, Tangents
@@ -41,7 +41,7 @@ _LENGTH = 24
 
 
 def tapes(functions: AutomatonFunctions) -> list[Tape]:
-    """Return the tape of every mode.
+    """Return the tape of every mode and variant.
 
     Raises
     ------
@@ -51,13 +51,14 @@ def tapes(functions: AutomatonFunctions) -> list[Tape]:
     every, own = (functions.x, functions.z, functions.c), functions.own
     nx = own[0].numel()
     tapes_of_modes = []
-    for mode, f in zip(functions.automaton.modes, functions.modes, strict=True):
+    for f in functions.every_variant:
         expressions = ca.vertcat(f.field(*every)[:nx], f.guards(*every)[0])
         try:
             tapes_of_modes.append(simplify(build(expressions, *own, nx)))
         except NoRecurrence as error:
+            name = functions.automaton.modes[f.mode].name
             raise NoRecurrence(
-                f"mode {mode.name!r} uses {error} of a state, which has no Taylor series"
+                f"mode {name!r} uses {error} of a state, which has no Taylor series"
             ) from error
     return tapes_of_modes
 
@@ -246,7 +247,7 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         "  double floor[PS_RAMPS];",
         "  int arguments, argument[PS_ARGUMENTS], sides[PS_ARGUMENTS];",
         "} ps_series;",
-        "static const ps_series PS_SERIES[PS_NM] = {",
+        "static const ps_series PS_SERIES[PS_NV] = {",
     ]
     for i, code in enumerate(code.series for code in codes):
         ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -273,10 +272,10 @@ def _mode_bounds(body: Body) -> Iterator[DomainBound]:
         if frequency.is_positive is None:
             meaning = f"{where} {mode.coordinate}: a natural frequency is positive"
             yield DomainBound(frequency, meaning)
-    for before, after in itertools.pairwise(body.modes):
+    for before, after in body.successive_modes:
         difference = expr(after.frequency) - expr(before.frequency)
         if difference.is_nonnegative is None:
-            meaning = f"{where} {after.coordinate}: modes are in the order of their frequencies"
+            meaning = f"{where} {after.coordinate}: modes of one kind ascend in frequency"
             yield DomainBound(difference, meaning)
 
 

@@ -14,6 +14,7 @@ from painleve_sym.checks import LARGEST, by_name, size_text
 from painleve_sym.contacts.closing import closed_states
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
+from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
 
 
@@ -64,7 +65,7 @@ class BatchInputs:
             faults += [fault] if fault else []
             if not fault and float(force.min()) < 0:
                 faults.append(f"initial_force: got {float(force.min())!r}, need >= 0.")
-            refused = simulator.initial_force_fault()
+            refused = initial_force_fault(simulator)
             faults += [refused] if refused else []
         if faults:
             raise InputError(f"{where}: " + " ".join(faults))

@@ -317,16 +317,6 @@ def run_row(
 ) -> Trajectory:
     """Return the single run of a row's states and parameters."""
     states = {n: row[n] for n in simulator.mechanism.state_names}
-    return simulator.run(
-        states,
-        parameters={n: v for n, v in row.items() if n not in states},
-        initial_force=force,
-        t_end=o.t_end,
-        until=o.until,
-        rtol=o.rtol,
-        record=record,
-        first_step=o.first_step,
-        max_step=o.max_step,
-        max_steps=o.max_steps,
-        max_events=o.max_events,
-    )
+    others = {n: v for n, v in row.items() if n not in states}
+    settings = o.arguments(atol=None, record=record)
+    return simulator.run(states, parameters=others, initial_force=force, **settings)

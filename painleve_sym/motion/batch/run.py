@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,8 +16,9 @@ from painleve_sym.choices import Record
 from painleve_sym.contacts.model import LOSSES
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
-from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, RunOptions
+from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError
+from painleve_sym.motion.arguments import BatchArguments, BatchOptions, separated
 from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, Starts, starts_of
 from painleve_sym.motion.batch.machine import check_memory, processor_count, row_bytes
 from painleve_sym.motion.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
@@ -23,7 +26,7 @@ from painleve_sym.motion.batch.result import BatchResult, run_row
 from painleve_sym.motion.energy_balance import balance_residual
 from painleve_sym.motion.locate_limit import jams
 from painleve_sym.motion.run_record import RunRecord
-from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
 BLOCK = 4096
@@ -36,22 +39,7 @@ def run_batch(
     simulator: Simulator,
     states: Mapping[str, ArrayLike],
     parameters: Mapping[str, ArrayLike] | None = None,
-    *,
-    t_end: float,
-    until: str | Sequence[str] = (),
-    law_parameters: Mapping[str, ArrayLike] | None = None,
-    initial_force: ArrayLike | None = None,
-    close: str | None = None,
-    rtol: float = DEFAULT_RTOL,
-    threads: int | None = None,
-    events: int = 1,
-    maxima: Sequence[str] = (),
-    minima: Sequence[str] = (),
-    integrals: Sequence[str] = (),
-    first_step: float = 0.0,
-    max_step: float = float("inf"),
-    max_steps: int = MAX_STEPS,
-    max_events: int = MAX_EVENTS,
+    **options: Unpack[BatchOptions],
 ) -> BatchResult:
     """Integrate one motion for every entry of the arrays; see `simulate_batch` for the arguments.
 
@@ -63,27 +51,25 @@ def run_batch(
     ``non_finite`` where a constant of the law is not finite. The engine ``erk`` runs row after row
     in Python.
     """
-    kept = BatchOutputs(events, tuple(maxima), tuple(minima), tuple(integrals))
-    given = simulator.given(parameters, law_parameters)
-    rows = BatchInputs.of(simulator, states, given, initial_force, close)
-    shared = simulator.options(
-        np.zeros(len(simulator.outline.state_names)),
-        t_end=t_end,
-        until=until,
-        rtol=rtol,
-        record="events",
-        first_step=first_step,
-        max_step=max_step,
-        max_steps=max_steps,
-        max_events=max_events,
+    settings, others = separated(simulator.where, BatchArguments, options)
+    kept = BatchOutputs(
+        others.get("events", 1),
+        *(tuple(others.get(name, ())) for name in ("maxima", "minima", "integrals")),
     )
+    given = simulator.given(parameters, others.get("law_parameters"))
+    force, close = others.get("initial_force"), others.get("close")
+    rows = BatchInputs.of(simulator, states, given, force, close)
+    scale = np.zeros(len(simulator.outline.state_names))
+    shared = simulator.options(scale, replace(settings, record=Record.EVENTS))
     engine = simulator.integrator
     _check_outputs(simulator, kept)
     need = rows.count * row_bytes(simulator, kept)
     fix = "fewer rows at a time, or fewer event times"
     check_memory(f"batch of {simulator.where}", f"{rows.count:,} rows", need, fix)
     if isinstance(engine, CompiledEngine):
-        ends = _in_threads(simulator, engine, rows, shared, kept, _thread_count(threads))
+        ends = _in_threads(
+            simulator, engine, rows, shared, kept, _thread_count(others.get("threads"))
+        )
     else:
         ends = _one_by_one(simulator, rows, shared, kept)
     return BatchResult(

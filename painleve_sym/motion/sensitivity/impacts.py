@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,9 +11,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.path_slopes import ImpactData, impact_slopes, least_norm_slopes
-from painleve_sym.contacts.terms import ImpactResult
-from painleve_sym.engines.protocol import Answer, Question
-from painleve_sym.motion.impact_resolver import ImpactResolver
+from painleve_sym.engines.impacts import COURSE, STEP, STRUCK, PathReader, doubles, read
 
 
 class _Numbers(NamedTuple):
@@ -32,55 +29,89 @@ class _Numbers(NamedTuple):
     e: Array
 
 
-@dataclass
-class SensitiveImpacts(ImpactResolver):
-    """Answers the questions of a run with derivatives: decisions are those of the state alone.
+class SensitiveImpacts:
+    """Adds to a run with derivatives what impacts add: its listener, which decides nothing.
 
-    The run calls state and derivatives, those of `functions`, its state; the constants are those of
-    the extended automaton, `sizes` those of the directions, `tolerance` that of `ImpactData`. Per
-    event of the answers `notes` is empty, or a key of `NO_DERIVATIVE`.
+    The run calls state and derivatives, those of `functions`, its state; the names are those of
+    the contacts, the constants those of the extended automaton, `sizes` those of the directions,
+    `scale` that of the states, `tolerance` that of `ImpactData`. Per event of an impact `notes` is
+    empty, or a key of `NO_DERIVATIVE`.
     """
 
-    functions: VariationalFunctions = field(kw_only=True)
-    constants: Array = field(kw_only=True)
-    sizes: Array = field(kw_only=True)
-    tolerance: float = field(kw_only=True)
-    notes: list[str] = field(default_factory=list)
-    _question: Question | None = None
+    def __init__(
+        self,
+        functions: VariationalFunctions,
+        names: Sequence[str],
+        constants: Array,
+        sizes: Array,
+        scale: Array,
+        tolerance: float,
+    ) -> None:
+        automaton, given = functions.automaton, functions.automaton.impacts
+        assert given is not None
+        self.functions, self.names, self.given = functions, names, given
+        self.constants = constants
+        self.sizes, self.scale, self.tolerance = sizes, scale, tolerance
+        self.notes: list[str] = []
+        at = automaton.states.index
+        self._places = np.array([[at(s) for s in row] for row in given.contacts])
+        self._velocities = self._places[:, 1:].ravel()
+        self._speeds = [at(s) for s in given.velocities]
+        self._works = [None if s is None else at(s) for s in given.works]
+        self._paths = PathReader(len(given.rigid))
+        rows = len(self._velocities)
+        self._change = doubles(
+            *("n", "rows", "first", "after"),
+            *(("contact", len(given.rigid)), ("row", rows), ("impulses", rows)),
+            *(("before", functions.x.numel()), ("memory", functions.z.numel() + 1)),
+        )
 
-    def __call__(self, question: Question) -> Answer:
-        """Return what follows, with its derivatives."""
-        self._question = question
-        answer = super().__call__(question)
-        self.notes += [""] * (len(self.impulses) - len(self.notes))
-        return answer
+    def __call__(self, kind: int, address: int, state: Array) -> None:
+        """Hear of the path of an impact, or add derivatives to the state after a change."""
+        if kind in (COURSE, STEP):
+            self._paths(kind, address, state)
+            return
+        change = read(self._change, address)
+        numbers = self._at(change)
+        jacobian = self.functions.unpacked(change["before"])[1]
+        contacts = [int(i) for i in change["contact"][: int(change["n"])]]
+        rows = [int(row) for row in change["row"][: int(change["rows"])]]
+        if kind == STRUCK:
+            self._strike(change, numbers, jacobian, contacts, rows)
+        else:
+            self._close(numbers, jacobian, contacts, rows)
+        own = len(self.functions.automaton.states)
+        state[:] = self.functions.packed(state[:own], jacobian)
 
-    def impact(self, state: Array) -> ImpactResult | None:
-        """Return the impact of the closed contacts, its state with derivatives."""
-        result = super().impact(state)
-        if result is None:
-            return None
-        given, slopes, jacobian = self._at(state)
-        contacts, at = list(result.contacts), ContactRows(len(result.contacts))
-        rows = at.of_contacts(contacts)
-        velocities = self.impacts.velocities
-        speed = float(np.max(np.abs(state[velocities[rows]])))
-        parted = self._parted(jacobian, state, contacts)
+    def _strike(
+        self,
+        change: Any,
+        numbers: tuple[_Numbers, _Numbers],
+        jacobian: Array,
+        contacts: list[int],
+        rows: list[int],
+    ) -> None:
+        """Add to derivatives of the state what an impact of the closed contacts adds."""
+        given, slopes = numbers
+        state, at = change["before"], ContactRows(len(contacts))
+        velocities = self._velocities[rows]
+        parted = self._parted(change, jacobian, contacts)
+        held = np.array([i in self.given.bilateral for i in contacts])
         path = impact_slopes(
-            result.path,
+            self._paths.path(held, self.given.restitution, float(given.e[0])),
             ImpactData(
                 W=slopes.W[np.ix_(rows, rows)],
                 mu=slopes.mu[contacts],
-                velocity=jacobian[velocities[rows]],
+                velocity=jacobian[velocities],
                 e=slopes.e[0],
-                floor=speed / self.sizes,
+                floor=float(np.max(np.abs(state[velocities]))) / self.sizes,
                 tolerance=self.tolerance,
             ),
         )
-        impulses = np.zeros((len(velocities), len(self.sizes)))
+        impulses = np.zeros((len(self._velocities), len(self.sizes)))
         impulses[rows] = path.impulses
-        self._push(jacobian, (given, slopes), result.impulses, impulses)
-        jacobian[velocities[rows]] = path.velocities
+        self._push(jacobian, numbers, change["impulses"], impulses)
+        jacobian[velocities] = path.velocities
         contact_work, friction_work, _ = self._works
         jacobian[contact_work] -= path.works[at.normals].sum(axis=0)
         jacobian[friction_work] -= path.works[at.tangentials].sum(axis=0)
@@ -88,72 +119,62 @@ class SensitiveImpacts(ImpactResolver):
             jacobian[:] = np.nan
         singular = not np.isfinite(path.velocities).all()
         self.notes.append("simultaneous" if parted else "tie" if singular else "")
-        own = result.state[: len(self.impacts.states)]
-        return result._replace(state=self.functions.packed(own, jacobian))
 
-    def closed(self, state: Array, contacts: Sequence[int]) -> Array:
-        """Return the state with contacts closed, and its derivatives."""
-        after = super().closed(state, contacts)
-        given, slopes, jacobian = self._at(state)
-        closing = self.impacts.closing(state, contacts)
-        rows = self.impacts.closing_rows(state, self.impacts.terms(state, self.values), closing)
-        velocities = self.impacts.velocities
-        at, block = velocities[rows], np.ix_(rows, rows)
+    def _close(
+        self,
+        numbers: tuple[_Numbers, _Numbers],
+        jacobian: Array,
+        contacts: list[int],
+        rows: list[int],
+    ) -> None:
+        """Add to derivatives of the state what the closing of contacts adds."""
+        given, slopes = numbers
+        velocities, block = self._velocities[rows], np.ix_(rows, rows)
         # The solution of W P = −v with the least norm.
         stop = -given.velocity[rows], -slopes.velocity[rows]
         P, change = least_norm_slopes(given.W[block], slopes.W[block], *stop)
-        all_P = np.zeros(len(velocities))
+        all_P = np.zeros(len(self._velocities))
         all_change = np.zeros((len(all_P), len(self.sizes)))
         all_P[rows], all_change[rows] = P, change
         v, slopes_v = given.velocity, slopes.velocity
-        works = [(v[k::2] @ all_change[k::2] + all_P[k::2] @ slopes_v[k::2]) / 2 for k in (0, 1)]
-        self._push(jacobian, (given, slopes), all_P, all_change)
+        axes = ContactRows(len(self._places))
+        works = [
+            (v[k] @ all_change[k] + all_P[k] @ slopes_v[k]) / 2
+            for k in (axes.normals, axes.tangentials)
+        ]
+        self._push(jacobian, numbers, all_P, all_change)
         for place, work in zip(self._works, works, strict=False):
             jacobian[place] -= work
-        jacobian[at] = jacobian[self.impacts.places[closing, 0]] = 0.0
-        return self.functions.packed(after[: len(self.impacts.states)], jacobian)
+        jacobian[velocities] = jacobian[self._places[contacts, 0]] = 0.0
+        self.notes.append("")
 
-    # ---- places in the state ----
-
-    def _index(self, symbol: object) -> int:
-        return self.impacts.states.index(str(symbol))
-
-    @property
-    def _works(self) -> list[int | None]:
-        given = self.functions.automaton.impacts
-        assert given is not None
-        return [None if s is None else self._index(s) for s in given.works]
-
-    # ---- derivatives ----
-
-    def _at(self, state: Array) -> tuple[_Numbers, _Numbers, Array]:
-        """Return the numbers of the contacts, their derivatives, and those of the state."""
-        assert self._question is not None
-        results = self.functions.impact_slopes(state, self._question.memory, self.constants)
+    def _at(self, change: Any) -> tuple[_Numbers, _Numbers]:
+        """Return the numbers of the contacts before a change, and their derivatives."""
+        memory = change["memory"][:-1]
+        results = self.functions.impact_slopes(change["before"], memory, self.constants)
         arrays = [np.array(r.full()) for r in results]
-        n, nq = len(self.impacts.velocities), len(self.impacts.mechanism.system.q)
+        n, nq = len(self._velocities), len(self._speeds)
         # Matrices are listed column by column.
-        shapes = ((n, n), (n,), (n, nq), (len(self.impacts.rows),), (n,), (n,), (1,))
+        shapes = ((n, n), (n,), (n, nq), (len(self._places),), (n,), (n,), (1,))
         values = (a.reshape(s) for a, s in zip(arrays[: len(shapes)], shapes, strict=True))
         slopes = (a.reshape(*s, -1) for a, s in zip(arrays[len(shapes) :], shapes, strict=True))
-        return _Numbers(*values), _Numbers(*slopes), self.functions.unpacked(state)[1]
+        return _Numbers(*values), _Numbers(*slopes)
 
-    def _parted(self, jacobian: Array, state: Array, contacts: Sequence[int]) -> bool:
+    def _parted(self, change: Any, jacobian: Array, contacts: list[int]) -> bool:
         """Return whether a direction parts contacts that touch down at one instant.
 
         It leaves them together where their gaps, at the moving time of the touchdown, stay 0.
         """
-        question = self._question
-        assert question is not None
-        if question.kind is None:
+        if change["first"]:
             # Within the mode that it starts in, what touches stays touching.
             return False
-        parted = False
+        parted, state = False, change["before"]
+        after = int(change["after"])
+        last = self.functions.automaton.contacts[after] if after >= 0 else ""
         for i in contacts:
-            gap, rate, _ = self.impacts.places[i]
-            name = self.impacts.mechanism.outline.contacts[i].name
-            if name != question.contact and state[rate] < 0:
-                moved = question.memory[self.functions.event_entries["time"]]
+            gap, rate, _ = self._places[i]
+            if last != self.names[i] and state[rate] < 0:
+                moved = change["memory"][self.functions.event_entries["time"]]
                 terms = np.abs(state[rate] * moved) + self.scale[gap] / self.sizes
                 parted |= bool(np.any(np.abs(jacobian[gap]) > self.tolerance * terms))
                 jacobian[gap] = 0.0
@@ -164,14 +185,11 @@ class SensitiveImpacts(ImpactResolver):
     ) -> None:
         """Add to derivatives of the state what impulses P (2 n) with derivatives (2 n, k) add."""
         given, slopes = numbers
-        mechanism = self.functions.automaton.impacts
-        assert mechanism is not None
-        speeds = [self._index(s) for s in mechanism.velocities]
-        velocities = jacobian[self.impacts.velocities] + _product(given.W, slopes.W, P, change)
+        velocities = jacobian[self._velocities] + _product(given.W, slopes.W, P, change)
         directions = given.directions.T, slopes.directions.swapaxes(0, 1)
-        jacobian[speeds] += _product(*directions, P, change)
+        jacobian[self._speeds] += _product(*directions, P, change)
         # Last, since a generalised velocity may be that of a contact.
-        jacobian[self.impacts.velocities] = velocities
+        jacobian[self._velocities] = velocities
         driven = self._works[2]
         if driven is not None:
             jacobian[driven] -= P @ slopes.drive_speeds + given.drive_speeds @ change

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.records import EventRecord
+from painleve_sym.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from painleve_sym.motion.sensitivity.variational import RunDerivatives

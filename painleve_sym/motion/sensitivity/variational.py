@@ -13,14 +13,16 @@ import numpy as np
 from sympy import Expr, Symbol, diff, sympify
 
 from painleve_sym.arrays import Array
-from painleve_sym.choices import EngineName, Record, RecordLike
+from painleve_sym.choices import EngineName, Record
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import tapes_of_functions
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
-from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
+from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
+from painleve_sym.motion.arguments import RunArguments, separated
+from painleve_sym.motion.records import EngineOutputs
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
 from painleve_sym.motion.sensitivity.result import (
     NO_DERIVATIVE,
@@ -30,7 +32,8 @@ from painleve_sym.motion.sensitivity.result import (
     split_outputs,
 )
 from painleve_sym.motion.simulator import Simulator, Start
-from painleve_sym.motion.trajectory import EngineOutputs, StoredRecord, Trajectory
+from painleve_sym.motion.trajectory import StoredRecord, Trajectory
+from painleve_sym.units import Value
 
 INITIAL_FORCE = "initial_force"
 
@@ -50,34 +53,32 @@ _AT_EVENT = (StopReason.UNTIL, StopReason.EVENT_LIMIT, StopReason.ACCUMULATION)
 
 def differentiated(
     simulator: Simulator,
-    state: Mapping[str, float],
+    state: Mapping[str, Value] | None,
     wrt: tuple[str, ...],
-    *,
-    parameters: Mapping[str, float] | None = None,
-    initial_force: float | None = None,
-    record: RecordLike = Record.DENSE,
-    **options: Any,
+    arguments: RunArguments,
 ) -> SensitiveTrajectory:
     """Return the motion with its derivatives; see `Simulator.sensitivities`."""
-    start = simulator.start(simulator.at(state, parameters), initial_force)
+    settings, begins = separated(simulator.where, RunArguments, arguments)
+    # Without its events nothing would tell which of them are singular.
+    if settings.record == "end":
+        settings = replace(settings, record=Record.EVENTS)
+    initial_force = begins.get(INITIAL_FORCE)
+    start = simulator.begin(state, **begins)
     key = wrt, initial_force is not None
     known: dict[Any, Directions] = simulator.directions
     directions = known.get(key)
     if directions is None:
         directions = known[key] = Directions(simulator, wrt, initial_force is not None)
-    # Without its events nothing would tell which of them are singular.
-    record = Record.EVENTS if record == "end" else record
-    result = directions.run(start, initial_force, record, options)
+    result = directions.run(start, initial_force, settings)
     if result.valid_until == math.inf:
         return result
     _notify(result)
     if result.trajectory.stop_reason is not StopReason.NON_FINITE:
         return result
     # Only the sensitivities became singular: repeat the run without them.
-    given: dict[str, Any] = {"parameters": parameters, "record": record, **options}
-    if initial_force is not None:
-        given[INITIAL_FORCE] = initial_force
-    whole = simulator.run(state, **given)
+    again = arguments.copy()
+    again["record"] = settings.record
+    whole = simulator.run(state, **again)
     stored = StoredDerivatives(_continued(result.events, whole), result.extended)
     return replace(result, trajectory=whole, record=stored)
 
@@ -243,32 +244,29 @@ class Directions:
 
     # ---- the run ----
 
-    def run(
-        self, start: Start, force: float | None, record: RecordLike, options: dict[str, Any]
-    ) -> SensitiveTrajectory:
+    def run(self, start: Start, force: float | None, settings: RunSettings) -> SensitiveTrajectory:
         """Run from a start, with the initial force if there is one, and assemble."""
         sim, functions, engine = self.simulator, self.functions, self.engine
-        plain = sim.options(start.scale, record=record, **options)
+        plain = sim.options(start.scale, settings)
         scale = plain.atol / plain.rtol
         sizes = self.sizes(start, force, scale)
         loosened = plain.rtol * (LOOSENING_FACTOR * scale[:, None] / sizes)
         extended = replace(plain, atol=functions.packed(plain.atol, loosened))
         state = functions.packed(start.state, self.start_jacobian(start, force))
-        resolver = self._resolver(start, plain, sizes)
-        raw = engine.run(state, start.parameters, extended, resolve=resolver)
-        return self._assembled(raw, start, sizes, plain, resolver)
+        impacts = self._impacts(start, scale, sizes, plain.rtol)
+        raw = engine.run(state, start.parameters, extended, listener=impacts)
+        return self._assembled(raw, start, sizes, plain, impacts.notes if impacts else ())
 
-    def _resolver(self, start: Start, options: RunOptions, sizes: Array) -> SensitiveImpacts | None:
-        """Return what answers for the impacts of several contacts."""
+    def _impacts(
+        self, start: Start, scale: Array, sizes: Array, rtol: float
+    ) -> SensitiveImpacts | None:
+        """Return what differentiates the impacts of several contacts."""
         if not self.functions.struck_states:
             return None
-        return SensitiveImpacts(
-            **self.simulator.resolver_inputs(start.place.parameters, options),
-            functions=self.functions,
-            constants=self.engine.constants(start.parameters),
-            sizes=sizes,
-            tolerance=10 * LOOSENING_FACTOR * options.rtol,
-        )
+        names = [c.name for c in self.simulator.mechanism.outline.contacts]
+        constants = self.engine.constants(start.parameters)
+        tolerance = 10 * LOOSENING_FACTOR * rtol
+        return SensitiveImpacts(self.functions, names, constants, sizes, scale, tolerance)
 
     def _assembled(
         self,
@@ -276,13 +274,12 @@ class Directions:
         start: Start,
         sizes: Array,
         options: RunOptions,
-        resolver: SensitiveImpacts | None,
+        notes: Sequence[str],
     ) -> SensitiveTrajectory:
         sim, functions, engine = self.simulator, self.functions, self.engine
         nx, k, no = len(start.state), len(self.wrt), len(sim.outline.output_names)
-        resolved, notes = (resolver.impulses, resolver.notes) if resolver else ((), ())
         rtol, scale = options.rtol, options.atol / options.rtol
-        trajectory = sim.trajectory(self._plain(raw), start, options, resolved)
+        trajectory = sim.trajectory(self._plain(raw), start, options)
         marks = EventMarks.of(raw, functions, notes)
         verdicts = marks.verdicts(sizes, rtol)
         singular = _first_without(verdicts)

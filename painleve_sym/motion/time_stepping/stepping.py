@@ -24,14 +24,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
-from painleve_sym.codegen.bridge import Translator
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
@@ -128,35 +126,9 @@ class TimeStepper:
         return f"stepping of {self.mechanism.name!r}"
 
     @cached_property
-    def _terms(self) -> Any:
-        """q, u, parameters and t → free acceleration, M⁻¹J_Nᵀ, M⁻¹J_Tᵀ; gap, W, domain margins."""
-        c, contact = self.mechanism.coefficients, self.mechanism.contact
-        arguments, translate = self._arguments()
-        normal, tangential = c.force_directions
-        scalars = [contact.gap, c.W_nn, c.W_nt, c.W_tt, *(b.margin for b in self.mechanism.domain)]
-        columns = (contact.system.free_acceleration, normal, tangential, scalars)
-        return ca.Function("terms", arguments, [translate.vector(list(e)) for e in columns])
-
-    @cached_property
-    def _rates(self) -> Any:
-        """q, u, parameters and t → ġ_N, v_t."""
-        contact = self.mechanism.contact
-        arguments, translate = self._arguments()
-        return ca.Function(
-            "rates", arguments, [translate.vector([contact.gap_rate, contact.slip_velocity])]
-        )
-
-    def _arguments(self) -> tuple[list[ca.SX], Translator]:
-        system, motion = self.mechanism.system, self.mechanism.motion
-        clock = motion[2 * len(system.q) :]
-        groups = (system.q, system.q_dot, (*(p.symbol for p in system.parameters), *clock))
-        vectors = [ca.SX.sym(name, len(g)) for name, g in zip("qup", groups, strict=True)]
-        table = {
-            symbol: vector[i]
-            for group, vector in zip(groups, vectors, strict=True)
-            for i, symbol in enumerate(group)
-        }
-        return vectors, Translator(table, floor=0.0)
+    def numbers(self) -> Delassus:
+        """The numbers of the contact."""
+        return Delassus.of(self.mechanism)
 
     def run(
         self,
@@ -223,10 +195,10 @@ class TimeStepper:
     ) -> tuple[_Stepping, Array]:
         place = inside(self.mechanism.at(state, parameters, where=self.where))
         start = np.array(list(place.state.values()))
-        at = contact_numbers(self.mechanism)(place.values)
-        closed = at["gap_tolerance"]
+        at = self.numbers.at(place.values)
+        closed = float(at.gap_tolerance[0])
         stepping = _Stepping(self, place.parameters, SOLVERS[solver], e_newton, max_solves, closed)
-        gap = at["gap"]
+        gap = float(at.gap[0])
         if not gap >= -closed:
             raise InputError(
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
@@ -278,11 +250,6 @@ class _Stepping:
     """Gap up to which the contact is closed; m."""
 
     @cached_property
-    def vector(self) -> Array:
-        """Parameters in the order the functions want them."""
-        return np.array([self.parameters[p.name] for p in self.stepper.mechanism.system.parameters])
-
-    @cached_property
     def size(self) -> int:
         """Number of coordinates."""
         return len(self.stepper.mechanism.system.q)
@@ -292,10 +259,10 @@ class _Stepping:
         n = self.size
         return states[:n], states[n : 2 * n], states[2 * n :]
 
-    def constants(self, times: Array) -> Array:
-        """Return the parameters, followed by the time where it occurs."""
-        own = self.vector.reshape(-1, *[1] * (times.ndim - 1))
-        return np.concatenate([np.broadcast_to(own, (len(own), *times.shape[1:])), times])
+    def values(self, q: Array, u: Array, t: Array) -> dict[str, Any]:
+        """Return states and parameters by name."""
+        names = self.stepper.mechanism.state_names
+        return {**self.parameters, **dict(zip(names, (*q, *u, *t), strict=True))}
 
     @cached_property
     def mu(self) -> float:
@@ -304,27 +271,26 @@ class _Stepping:
 
     def contact_velocities(self, states: Array) -> Array:
         """Return ġ_N and v_t of states in rows, shape (len(states), 2)."""
-        q, u, t = self.split(states.T)
-        return np.array(self.stepper._rates(q, u, self.constants(t))).T
+        return self.stepper.numbers.at_each(self.values(*self.split(states.T))).v.T
 
     def problem(self, q_u: Array, h: float) -> tuple[ContactProblem | None, Any]:
         """Return the contact problem of one step and the terms that it is made of."""
         q, u, t = self.split(q_u)
         ahead = self.stepper.scheme == "moreau-jean"
         place = q + h / 2 * u if ahead else q
-        constants = self.constants(t + h / 2 if ahead else t)
-        parts = [np.array(x).ravel() for x in self.stepper._terms(place, u, constants)]
-        acceleration, normal, tangential, scalars = parts
-        free = u + h * acceleration
-        gap, W_nn, W_nt, W_tt = map(float, scalars[:4])
-        rates = np.array(self.stepper._rates(place, free, constants)).ravel()
+        moment = t + h / 2 if ahead else t
+        at, moves = self.stepper.numbers.whole_at(self.values(place, u, moment))
+        normal, tangential = moves.D.T
+        free = u + h * moves.free
+        rates = self.stepper.numbers.at(self.values(place, free, moment)).v
+        gap, W_nn, W_nt, W_tt = map(float, (at.gap[0], *at.W[0], at.W[1, 1]))
+        scalars = np.array([gap, W_nn, W_nt, W_tt, *at.margins])
         terms = (place, free, normal, tangential, rates, scalars)
         finite = all(np.all(np.isfinite(part)) for part in terms)
         if not finite or (ahead and gap > self.closed):
             return None, terms
         if ahead:
-            before = np.array(self.stepper._rates(place, u, constants)).ravel()
-            shift = self.e_newton * float(before[0])
+            shift = self.e_newton * float(at.gap_rate[0])
         else:
             shift = gap / h
         b_n, b_t = float(rates[0]) + shift, float(rates[1])

@@ -45,6 +45,8 @@ def _table(entry: Mapping[str, object]) -> PrintedTable:
 
 TABLES = {int(number): _table(entry) for number, entry in CLAIMS.data["tables"].items()}
 """Tables 1–6 by number."""
+EXPONENT: float = CLAIMS.data["inputs"]["parameters"]["n"]
+"""n of the paper's law K δⁿ, that of no material."""
 COLUMNS = ("x_A", "x_A_dot", "y_A", "y_A_dot", "theta", "theta_dot", "A", "B")
 """Columns of every table, in order."""
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.complementarity import (
-    MPCCOptions,
     solve_lemke,
     solve_mpcc_all,
 )
@@ -24,7 +23,6 @@ from painleve_sym.papers.panels import FORCE, NORMAL_ACCELERATION, Mark, Panel, 
 
 STEP = 1e-6
 """Time step of the contact problem in velocities; s. So short that gravity moves nothing."""
-_CORNERS = MPCCOptions(random_starts=0)
 STICKING = 1e-9
 """Velocity, relative to the slip before, that round-off leaves of zero."""
 
@@ -92,7 +90,7 @@ def solved_by_every_method(
     solutions = problem.solutions()
     exact = [s.normal_force for s in solutions]
     lcp = problem.lcp()
-    lemke, survey = solve_lemke(lcp), solve_mpcc_all(lcp, options=_CORNERS, compared=2)
+    lemke, survey = solve_lemke(lcp), solve_mpcc_all(lcp, compared=2, random_starts=0)
     pivoted = [] if lemke.solution is None else [float(lemke.solution.z[0])]
     relaxed = sorted(float(s.z[0]) for s in survey.solutions)
 

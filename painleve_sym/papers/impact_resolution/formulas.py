@@ -12,7 +12,8 @@ import sympy as sp
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.compliance import DELTA, DELTA_MAX, K_E, without_ramps
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.laws.impact_cases import E_C, ImpactCase, three_phase_jump
+from painleve_sym.laws.impact_cases import ImpactCase, three_phase_jump
+from painleve_sym.laws.restitution_equation import E_C
 from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.motion.simulator import DEFAULT_RTOL
+from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.papers.claims import Printed
 from painleve_sym.papers.impact_resolution import runs
 from painleve_sym.papers.impact_resolution.claims import CLAIMS, NAMED_MODULI

@@ -16,12 +16,15 @@ import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.classify import Classification, classify
+from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.rods import rod
-from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.records import EventRecord
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import (
+    EXPONENT,
     INITIAL_FORCES,
     SOFT,
     STIFF,
@@ -62,11 +65,17 @@ class Workbench:
         """The paper's rod."""
         return rod()
 
-    def simulator(self, reload: str = "virgin") -> Simulator:
-        """Return the rod with the paper's law under a reload rule, built on first use."""
+    def simulator(self, reload: str = "virgin", exponent: float = EXPONENT) -> Simulator:
+        """Return the rod with the paper's law under a reload rule, built on first use.
+
+        The `exponent` of real materials is Hertz's.
+        """
         return self.shared(
-            ("simulator", reload),
-            lambda: Simulator(self.rod, compliant_law("bilinear-hertz", reload=reload)),
+            ("simulator", reload, exponent),
+            lambda: Simulator(
+                self.rod,
+                compliant_law("bilinear-hertz", reload=reload).with_parameters(n=exponent),
+            ),
         )
 
     def state(self, table: int) -> dict[str, float]:

@@ -16,7 +16,7 @@ from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification, classify_at
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
 from painleve_sym.contacts.problem import ContactCase
@@ -124,8 +124,9 @@ class Case:
     @cached_property
     def closed_at_rest(self) -> tuple[bool, bool]:
         """Whether the gap of the start is 0, and whether its normal velocity is."""
-        at = contact_numbers(self.mechanism)(self.place.values)
-        return abs(at["gap"]) <= at["gap_tolerance"], abs(at["gap_rate"]) <= at["rate_tolerance"]
+        at = Delassus.of(self.mechanism).at(self.place.values)
+        closed = abs(at.gap) <= at.gap_tolerance, abs(at.gap_rate) <= at.rate_tolerance
+        return bool(closed[0].all()), bool(closed[1].all())
 
     @cached_property
     def contact_velocities(self) -> Array:

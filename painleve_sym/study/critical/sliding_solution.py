@@ -14,7 +14,7 @@ from typing import Any
 
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
@@ -26,6 +26,7 @@ from painleve_sym.mechanics.paradox.sliding import (
     sliding_field,
     sliding_force_rate,
 )
+from painleve_sym.motion.law_numbers import compression_of_force
 from painleve_sym.motion.simulator import Simulator
 
 SERIES_WITHIN = 0.1
@@ -273,11 +274,12 @@ class SlidingAnalysis:
         numbers = {**start, **constants}
         point = {s: numbers[s.name] for s in self._symbols}
         own = list(map(float, self._mechanical(point).reshape(-1)))
-        at = contact_numbers(mechanism)(numbers)
+        at = Delassus.of(mechanism).at(numbers)
+        gap, gap_rate = float(at.gap[0]), float(at.gap_rate[0])
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
-        depth = simulator.compression_of_force(force, values)
+        depth = compression_of_force(simulator, force, values)
         at_depth = {symbols.A: A, symbols.B: B, symbols.DEPTH: depth}
         local = self._linearised({**point, **at_depth})
         exponent, slope, *rates = map(float, local.reshape(-1))
@@ -298,7 +300,7 @@ class SlidingAnalysis:
             rate_per_force=rate_per_force,
             compression=depth,
             compression_rate=rate / slope,
-            approach=0.0 if abs(at["gap_rate"]) <= at["rate_tolerance"] else -at["gap_rate"],
+            approach=0.0 if abs(gap_rate) <= at.rate_tolerance[0] else -gap_rate,
             exponent=exponent,
             growth_rate=rates[0],
             decay_rate=rates[1],
@@ -306,8 +308,7 @@ class SlidingAnalysis:
             unloading_decay_rate=rates[3],
             conservative=all(s.conservative for s in self._saddles),
         )
-        gap = at["gap"]
-        return solution, 0.0 if abs(gap) <= at["gap_tolerance"] else gap
+        return solution, 0.0 if abs(gap) <= at.gap_tolerance[0] else gap
 
     def _check_range(self, numbers: tuple[float, ...], exponent: float) -> None:
         if not all(map(math.isfinite, numbers)) or exponent > MAX_EXPONENT:

@@ -284,7 +284,7 @@ class FitProblem:
                 break
         plain = jacobian(x) / np.where(logarithmic, values_of(x), 1.0)
         return self._result(
-            start, values_of(x), plain, residuals(x), noise, predicted(x)[0], evaluations,
+            start, values_of(x), plain, residuals(x), predicted(x)[0], evaluations,
             _ENDINGS.get(int(fit.status), str(fit.message)),
         )  # fmt: skip
 
@@ -294,7 +294,6 @@ class FitProblem:
         estimate: Array,
         jacobian: Array,
         residuals: Array,
-        noise: dict[str, float],
         model: Mapping[str, Array],
         evaluations: int,
         message: str,
@@ -305,10 +304,14 @@ class FitProblem:
         _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
         inverse = (vt.T / singular) / lengths[:, None]
         covariance = inverse @ inverse.T
-        if not self.sigma:
-            covariance = covariance * float(residuals @ residuals) / freedom
-            noise = {n: s * math.sqrt(len(residuals) / freedom) for n, s in noise.items()}
         error = np.sqrt(np.diag(covariance))
+        # Before the noise is in it, which is 0 where the model meets every value.
+        correlation = covariance / np.outer(error, error)
+        noise = dict(self.sigma or {})
+        if not noise:
+            error = error * math.sqrt(float(residuals @ residuals) / freedom)
+            misses = {n: (model[n] - v)[np.isfinite(v)] for n, v in self.data.measured.items()}
+            noise = {n: _rms(v) * math.sqrt(len(residuals) / freedom) for n, v in misses.items()}
         # Standard deviations that are known have the normal distribution's quantile.
         known = math.inf if self.sigma else freedom
         reach = float(student.ppf(0.5 + self.level / 2, known)) * error
@@ -321,7 +324,7 @@ class FitProblem:
             interval=np.column_stack([estimate - reach, estimate + reach]),
             level=self.level,
             freedom=freedom,
-            correlation=covariance / np.outer(error, error),
+            correlation=correlation,
             noise=noise,
             noise_given=bool(self.sigma),
             measured=self.data.measured,

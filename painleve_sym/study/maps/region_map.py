@@ -18,7 +18,7 @@ from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.closing import closing_hint, unknowns
-from painleve_sym.contacts.contact_numbers import closed_within, length_formula, sticking
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -291,10 +291,10 @@ def region_map(
     with progress(f"{where} at {points} x {points} points"):
         grid = place.grid()
         place = place.with_solved(grid)
-        grids, is_open, used = _grids(mechanism, place, grid, slip, engine)
+        grids, is_open = _grids(mechanism, place, grid, slip, engine)
         if not (grids["case"] >= 0).any():
             raise InputError(_nothing_inside(mechanism, place))
-        curves, crossings, shared = _zeros(mechanism, place, slip, grids, used)
+        curves, crossings, shared = _zeros(mechanism, place, slip, grids, engine)
     _tell_where_open(place, is_open)
     return RegionMap(
         mechanism=mechanism.name,
@@ -337,22 +337,16 @@ def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
 
 def _grids(
     mechanism: Mechanism, place: MapPlace, grid: Mapping[Any, Any], slip: int, engine: str
-) -> tuple[dict[str, Any], NDArray[np.bool_], str]:
-    """Return the map's fields on its grid, whether the contact is open where inside, the engine."""
-    c, contact = mechanism.coefficients, mechanism.contact
-    flow = _flow(mechanism, place, slip)
+) -> tuple[dict[str, Any], NDArray[np.bool_]]:
+    """Return the map's fields on its grid, and whether the contact is open where inside."""
+    contact, flow = mechanism.contact, _flow(mechanism, place, slip)
     if contact.bilateral:
         flow += _flow(mechanism, place, -slip)
-    margins = [b.margin for b in mechanism.domain]
-    parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, *sticking(c), c.mu]
-    given = length_formula(mechanism), mechanism.system.kinetic_energy, c.W_nn, c.b_n
-    _, *closed = closed_within(*given)
-    parts += [contact.gap, contact.gap_rate, *closed, *margins, *flow]
-    function = Pointwise(parts, place.all_symbols, engine=engine)
-    values = function(grid)
-    W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate, near, slow = values[:12]
-    inside = (values[12 : 12 + len(margins)] > 0).all(axis=0)
-    inside &= np.isfinite(values[:8]).all(axis=0)
+    at = Delassus.of(mechanism).at_each({s.name: grid[s] for s in place.all_symbols})
+    (W_nn, W_nt), W_tt, (B, b_t) = at.W[0], at.W[1, 1], at.b
+    A_stick, B_stick, mu = at.A_stick[0], at.B_stick[0], at.mu[0]
+    inside = (at.margins > 0).all(axis=0)
+    inside &= np.isfinite([W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu]).all(axis=0)
     with np.errstate(all="ignore"):
         A = rounded_difference(W_nn, slip * mu * W_nt)
         force = -B_stick / A_stick
@@ -372,13 +366,13 @@ def _grids(
     grids |= {"case": case, "stick_feasible": sticks, "flow": None}
     grids["A_pull"] = None if A_pull is None else np.where(inside, A_pull, np.nan)
     if flow:
-        rates = values[-len(flow) :]
+        rates = Pointwise(flow, place.all_symbols, engine=engine)(grid)
         if contact.bilateral:
             # Where there is one solution, F_n has the sign of −B.
             rates = np.where(B <= 0, rates[:2], rates[2:])
         grids["flow"] = np.where(case == LEGEND["slip"], rates, np.nan)
-    is_open = (np.abs(gap) > near) | (np.abs(gap_rate) > slow)
-    return grids, is_open[inside], function.engine
+    is_open = (np.abs(at.gap) > at.gap_tolerance) | (np.abs(at.gap_rate) > at.rate_tolerance)
+    return grids, is_open[0][inside]
 
 
 def _nothing_inside(mechanism: Mechanism, place: MapPlace) -> str:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from painleve_sym.checks import whole_number
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.closing import unknowns
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
@@ -281,20 +281,15 @@ class Sweep:
         for name, values in varied.items():
             if name != "initial_force":
                 (states if name in self.mechanism.state_names else parameters)[name] = values
-        limits = {n: getattr(scenario, n) for n in ("max_steps", "max_events")}
-        assert scenario.t_end is not None
+        kept: dict[str, Any] = {**scenario.settings.shared(), **vars(self.batch_outputs)}
         ends = run_batch(
             self.simulator,
             states,
-            parameters,
-            t_end=scenario.t_end,
-            until=scenario.until,
+            parameters=parameters,
             initial_force=varied.get("initial_force", scenario.initial_force),
             close=scenario.close,
-            rtol=scenario.rtol,
             threads=threads,
-            **vars(self.batch_outputs),
-            **{n: v for n, v in limits.items() if v is not None},
+            **kept,
         )
         return {
             name: np.ascontiguousarray(
@@ -323,16 +318,15 @@ class Sweep:
             )
         names = (*mechanism.state_names, *(p.name for p in mechanism.outline.parameters))
         with np.errstate(all="ignore"):
-            at = contact_numbers(mechanism).at(
+            at = Delassus.of(mechanism).at_each(
                 {name: np.broadcast_to(inputs[name], (n,)) for name in names}
             )
-            slip = at["slip_velocity"]
-            mu = inputs[mechanism.contact.friction.name]
-            A = rounded_difference(at["W_nn"], np.sign(slip) * mu * at["W_nt"])
-            codes = opening_case(A, at["b_n"])
-        codes = np.where(np.isfinite(A + at["b_n"]), codes, CASES["outside"])
-        closed = np.abs(at["gap"]) <= at["gap_tolerance"]
-        closed &= np.abs(at["gap_rate"]) <= at["rate_tolerance"]
+            (W_nn, W_nt), B, slip = at.W[0], at.b[0], at.slip_velocity[0]
+            A = rounded_difference(W_nn, np.sign(slip) * at.mu[0] * W_nt)
+            codes = opening_case(A, B)
+        codes = np.where(np.isfinite(A + B), codes, CASES["outside"])
+        closed = np.abs(at.gap) <= at.gap_tolerance
+        closed = (closed & (np.abs(at.gap_rate) <= at.rate_tolerance))[0]
         codes = np.where(slip == 0, CASES["no_slip"], codes)
         return np.where(closed, codes, CASES["apart"]).astype(np.int8)
 

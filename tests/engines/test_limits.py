@@ -1,4 +1,4 @@
-"""Every engine passes the limit of accumulating events, and continues from decisions."""
+"""Every engine passes the limit of accumulating events."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
-from painleve_sym.engines.protocol import Answer, RunOptions
+from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import EventKind, ModelError, StopReason
@@ -18,7 +17,6 @@ from painleve_sym.hybrid.automaton import (
     Accumulation,
     Choice,
     HybridAutomaton,
-    Impacts,
     Mode,
     Transition,
 )
@@ -137,84 +135,6 @@ def test_batch_passes_limits_bit_for_bit_like_single_runs(kind):
         settled = raw.event_records.time[raw.event_records.transition < 0]
         assert rows.event_counts[i, 1] == 1 and rows.event_times[i, 1, 0] == settled[0]
         assert rows.extremes[i, 0, 0] == pytest.approx(10.0 * heights[i], rel=1e-9)
-
-
-# ---- decisions ----
-
-
-class Asking(AutomatonFunctions):
-    """Functions without those of the impacts: an engine asks for them."""
-
-    impacts = None
-
-
-def deciding(engine):
-    """An engine of a ball whose motion after the landing only the caller determines."""
-    land = Transition("land", EventKind.TOUCHDOWN, X, (Choice("ask"),), {X: ZERO}, contact="floor")
-    ask = Transition("ask", EventKind.CONTACT, None, (Choice("air"),), strikes=True)
-    modes = (Mode("air", {X: V, V: -G}, (land,), OUT), Mode("ask", {}, (ask,), OUT))
-    none = sp.zeros(0, 0)
-    numbers = (none, none, none, (), (), (), "newton", E, "ask")
-    impacts = Impacts((0,), (), ((X, V, V),), (V,), (V, V, None), (), *numbers)
-    built = automaton(modes, impacts=impacts)
-    return engine(built, Asking(built))
-
-
-def bounced(question):
-    state = np.array([0.0, -0.5 * question.state[1]])
-    return Answer(0, state, departs=(0,), events=((EventKind.IMPACT, state, 0),))
-
-
-def test_run_goes_on_from_the_answers_to_its_questions(engine):
-    asked = []
-
-    def resolve(question):
-        asked.append(question)
-        return bounced(question)
-
-    built = deciding(engine)
-    raw = built.run(START, CONSTANTS, options(1.2), resolve=resolve)
-    assert raw.stop_reason is StopReason.T_END and not raw.decision
-    times = [FALL, 2 * FALL, 2.5 * FALL]
-    np.testing.assert_allclose([q.time for q in asked], times, rtol=1e-10)
-    assert all(q.kind is EventKind.TOUCHDOWN and q.contact == "floor" for q in asked)
-    assert {q.mode for q in asked} == {0}
-    assert asked[1].spent == pytest.approx(FALL, rel=1e-10)
-    kinds = [built.outline.kinds[k] for k in raw.event_records.kind]
-    assert kinds == [EventKind.TOUCHDOWN, EventKind.IMPACT] * 3
-    assert raw.counters["events"] == 6
-    since = 1.2 - 2.5 * FALL
-    speed = 0.125 * np.sqrt(20.0)
-    np.testing.assert_allclose(
-        raw.state, [speed * since - 5 * since**2, speed - 10 * since], rtol=1e-9
-    )
-
-
-def test_run_that_nobody_answers_ends_without_a_mode(engine):
-    raw = deciding(engine).run(START, CONSTANTS, options(2.0))
-    assert raw.decision and raw.stop_reason is StopReason.NO_MODE
-    assert raw.mode == 1 and raw.time == pytest.approx(FALL, rel=1e-10)
-
-
-@pytest.mark.parametrize("record", ["end", "events", "dense"])
-def test_record_of_a_run_with_decisions_is_what_was_asked_for(engine, record):
-    raw = deciding(engine).run(START, CONSTANTS, options(1.2, record=record), resolve=bounced)
-    assert len(raw.events) == (0 if record == "end" else 6)
-    assert bool(len(raw.steps)) == (record == "dense")
-
-
-def test_run_with_decisions_stops_where_asked(engine):
-    built = deciding(engine)
-    raw = built.run(START, CONSTANTS, options(2.0, until=(EventKind.IMPACT,)), resolve=bounced)
-    assert raw.stop_reason is StopReason.UNTIL and len(raw.events) == 2
-    raw = built.run(START, CONSTANTS, options(2.0, max_events=4), resolve=bounced)
-    assert raw.stop_reason is StopReason.EVENT_LIMIT and len(raw.events) == 4
-
-    def stuck(question):
-        return Answer(1, question.state, stop=StopReason.NO_MODE)
-
-    raw = built.run(START, CONSTANTS, options(2.0), resolve=stuck)
-    assert raw.stop_reason is StopReason.NO_MODE and not raw.decision
 
 
 def test_records_are_read_as_they_are_written():

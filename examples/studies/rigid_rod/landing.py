@@ -1,0 +1,479 @@
+"""When does a bar jam that slides? Motion of its modes at a frozen angle, for many bars at once.
+
+A bar touches the ground, unloaded, and slides. The least friction from which its slip stops before
+it first separates is its *landing*: an impact without collision. Modes of free ends with closed
+wavenumbers, a contact F = K δⁿ, Runge–Kutta's method in slide.c, for which a C compiler is needed;
+nothing of the motion is shared with the package.
+
+Run: python examples/studies/rigid_rod/landing.py [--quick] [--draw] [--out FOLDER]
+Writes landing.json (all numbers), landing.png, landing.svg, landing-maps.png and landing-maps.svg.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import importlib.util
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+import painleve_sym as ps
+from painleve_sym.mechanics.materials import materials
+from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
+
+G = 9.8
+FINEST = 0.5
+"""Largest ω h of a step, with ω the fastest mode."""
+WINDOW = 6e-3
+"""Time within which a slip stops or a contact separates, or neither; s."""
+
+
+def theory() -> Any:
+    """Return the study `rigid_rod`, which has bars and their receptances."""
+    if "rigid_rod" not in sys.modules:
+        path = Path(__file__).with_name("rigid_rod.py")
+        spec = importlib.util.spec_from_file_location("rigid_rod", path)
+        assert spec and spec.loader
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[spec.name] = module
+        spec.loader.exec_module(module)
+    return sys.modules["rigid_rod"]
+
+
+@cache
+def kernel() -> Any:
+    """Return `slide` of slide.c, compiled."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "slide.so"
+        source = Path(__file__).with_name("slide.c")
+        options = ["-O3", "-march=native", "-shared", "-fPIC"]
+        subprocess.run(["cc", *options, str(source), "-o", str(library), "-lm"], check=True)
+        function = ctypes.CDLL(str(library)).slide
+    row, number = np.ctypeslib.ndpointer(np.float64, flags="C"), ctypes.c_double
+    function.argtypes = [ctypes.c_int, *[row] * 4, number, row, *[number] * 5, ctypes.c_int, row]
+    return function
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact F = K δⁿ whose unloading gives back e² of the work, by default all of it."""
+
+    K: float
+    n: float = 1.5
+    e: float = 1.0
+
+
+class Modes:
+    """Rigid motion and natural modes of a bar with free ends: frequencies and values of the end.
+
+    Across the bar the first is rigid, of end value 2, since turning takes part; along it 1.
+    """
+
+    def __init__(self, bar: Any, bending: int, axial: int) -> None:
+        across, along = bar.frequencies(bending, axial)
+        self.mass = bar.mass
+        self.rates = np.concatenate([[0.0], across, [0.0], along])
+        self.across = np.arange(len(self.rates)) <= bending
+        self.ends = np.where(self.across, 2.0, math.sqrt(2))
+        self.ends[1 + bending] = 1.0
+
+    def rows(self, theta: Any, mu: Any) -> tuple[Any, Any, Any]:
+        """Return, by case, how the end moves up and to the right, and how its force acts.
+
+        Its slip is to the left, so that friction acts to the right.
+        """
+        sin, cos, mu = (np.atleast_1d(x)[:, None] for x in (np.sin(theta), np.cos(theta), mu))
+        normal = np.where(self.across, cos, sin) * self.ends
+        along = np.where(self.across, -sin, cos) * self.ends
+        return normal, along, normal + mu * along
+
+
+def slide(
+    modes: Modes,
+    contact: Contact,
+    theta: Any,
+    mu: Any,
+    speed: Any,
+    *,
+    approach: float = 0.0,
+    damping: float = 0.0,
+    window: float = WINDOW,
+    bounces: bool = False,
+    fineness: float = FINEST,
+) -> dict[str, Any]:
+    """Return when the slip stops, when the end first separates, and the largest force, by case.
+
+    Parameters
+    ----------
+    theta, mu, speed : array_like
+        Angle in rad, friction, slip velocity to the left in m/s; they broadcast.
+    approach : float
+        Velocity into the ground at the touch, m/s.
+    window : float
+        s.
+    bounces : bool
+        Whether a motion continues after the first separation.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``stop`` and ``separation`` (s, nan where there is none) and ``peak`` (N).
+    """
+    theta, mu, speed = (np.array(x, float).ravel() for x in np.broadcast_arrays(theta, mu, speed))
+    rows = [np.ascontiguousarray(row) for row in modes.rows(theta, mu)]
+    fastest = modes.rates.max()
+    step = min(fineness / fastest, window / 2000) if fastest > 0 else window / 4000
+    law, ends = np.array([contact.K, contact.n, contact.e]), np.empty((len(theta), 3))
+    for i, (normal, along, push) in enumerate(zip(*rows, strict=True)):
+        fault = kernel()(
+            len(modes.rates), modes.rates, normal, along, push / modes.mass, damping, law, G,
+            approach, speed[i], step, window, bounces, ends[i],
+        )  # fmt: skip
+        assert not fault
+    return dict(zip(("stop", "separation", "peak"), ends.T, strict=True))
+
+
+def landing(
+    modes: Modes, contact: Contact, theta: Any, speed: Any, steps: int = 15, **options: Any
+) -> Any:
+    """Return, by case, the least friction from which the slip stops in the first contact.
+
+    By bisection between 0.02 and 4, to 4/2^steps.
+    """
+    theta, speed = (np.array(x, float) for x in np.broadcast_arrays(theta, speed))
+    low, high = np.full(theta.shape, 0.02), np.full(theta.shape, 4.0)
+    for _ in range(steps):
+        middle = (low + high) / 2
+        times = slide(modes, contact, theta, middle, speed, **options)["stop"]
+        stops = ~np.isnan(times).reshape(theta.shape)
+        low, high = np.where(stops, low, middle), np.where(stops, middle, high)
+    return high
+
+
+# ---- the study ----
+
+MANY = (24, 12)
+"""Numbers of modes of maps; the table of convergence has their error."""
+MOST = (80, 40)
+ANGLES = (0.8, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)
+SPEEDS = (0.01, 0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
+SLENDER = (20, 30, 50, 100, 200, 500)
+MAP_ANGLES = tuple(np.round(np.arange(0.7, 1.53, 0.1), 2).tolist())
+PAPER_EXPONENT = 1.764  # of the paper's law, that of no material
+FRICTION = (0.7, 0.9, 1.1, 1.4)
+HARDNESS = 2.8
+"""Pressure of full plasticity over the yield strength, Tabor; Johnson (1985), section 6.3."""
+
+
+def hertz(bar: Any, radius: float = 0.00645, **others: float) -> Contact:
+    """Return the elastic contact of a bar's round end with a plane of the same material."""
+    return Contact(theory().contact(1.0, bar.modulus, radius, bar.poisson, n=1.5, **others)[0])
+
+
+def plastic(bar: Any, radius: float, strength: float, e: float) -> Contact:
+    """Return the fully plastic contact F = 2π R H δ of a round end, H = 2.8 yield strengths."""
+    return Contact(2 * math.pi * radius * HARDNESS * strength, 1.0, e)
+
+
+def first_yield(bar: Any, radius: float, strength: float) -> float:
+    """Return the force from which a Hertz contact yields, N; Johnson (1985), section 6.1."""
+    effective = bar.modulus / (2 * (1 - bar.poisson**2))
+    return math.pi**3 * radius**2 * (1.6 * strength) ** 3 / (6 * effective**2)
+
+
+def divergence(bar: Any, counts: tuple[int, int] | None, theta: Any, k: float = math.inf) -> Any:
+    """Return the least friction with a real root, by angle; all modes where none are counted."""
+    t = theory()
+    form = t.euler_bernoulli(bar) if counts is None else t.modal(bar, *counts)
+    return np.array([t.threshold(form, x, k)[0] for x in np.ravel(theta)])
+
+
+def over_angles(angles: Sequence[float], counts: Sequence[tuple[int, int]]) -> list[dict[str, Any]]:
+    """Return the thresholds of the paper's rod of steel by angle."""
+    t, bar = theory(), theory().Bar()
+    contact, k, theta = hertz(bar), theory().contact(G)[1], np.array(angles)
+    columns: dict[str, Any] = {
+        "theta": theta,
+        "cot": 1 / np.tan(theta),
+        "coupling": [t.flutter_threshold(bar, MANY, x, k, 0.01) for x in theta],
+    }
+    for count in counts:
+        columns[f"landing {count[0]},{count[1]}"] = landing(Modes(bar, *count), contact, theta, 1.0)
+    columns |= {
+        "landing at 100 m/s": landing(Modes(bar, *MANY), contact, theta, 100.0),
+        "divergence 24,12": divergence(bar, MANY, theta),
+        "divergence": divergence(bar, None, theta),
+        "divergence at 9.8 N": divergence(bar, None, theta, k),
+        "landing of the rigid rod": landing(Modes(bar, 0, 0), contact, theta, 1.0),
+        "rigid rod": [t.threshold(t.rigid(bar), x)[0] for x in theta],
+    }
+    return [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values())]  # noqa: B905
+
+
+def over_speeds(angles: Sequence[float], speeds: Sequence[float]) -> list[dict[str, Any]]:
+    """Return the landing by speed and angle, of the bar and of the rigid rod."""
+    bar = theory().Bar()
+    theta, speed = (x.ravel() for x in np.meshgrid(angles, speeds, indexing="ij"))
+    columns = {
+        "theta": theta,
+        "speed": speed,
+        "landing": landing(Modes(bar, *MANY), hertz(bar), theta, speed, steps=18),
+        "divergence": divergence(bar, MANY, theta),
+        "rigid": landing(Modes(bar, 0, 0), hertz(bar), theta, speed, steps=18),
+    }
+    return [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values())]  # noqa: B905
+
+
+def variants() -> list[dict[str, Any]]:
+    """Return the landing at θ = 1 and 1 m/s with one thing changed."""
+    bar = theory().Bar()
+    modes, contact = Modes(bar, *MANY), hertz(bar)
+    cases: dict[str, dict[str, Any]] = {
+        "as it stands": {},
+        "approach of 0.1 m/s": {"approach": 0.1},
+        "modal damping ζ = 0.02": {"damping": 0.02},
+        "steps half as long": {"fineness": FINEST / 2},
+    }
+    rows = [{"case": n, "landing": float(landing(modes, contact, 1.0, 1.0, **o))}
+            for n, o in cases.items()]  # fmt: skip
+    # What follows a bounce does not rise with friction: the least of a grid.
+    grid = np.arange(0.640, 0.710, 0.001)
+    for window in (0.03, 0.1):
+        stop = slide(modes, contact, 1.0, grid, 1.0, window=window, bounces=True)["stop"]
+        rows.append({"case": f"after bounces too, within {1e3 * window:.0f} ms",
+                     "landing": float(grid[np.isfinite(stop)].min())})  # fmt: skip
+    for e in (0.1, 0.4, 0.7):
+        law = plastic(bar, 0.00645, ps.material("steel").yield_strength, e)
+        rows.append({"case": f"fully plastic contact, e = {e}",
+                     "landing": float(landing(modes, law, 1.0, 1.0))})  # fmt: skip
+    return rows
+
+
+def fast(speeds: Sequence[float], stiffer: Sequence[float]) -> list[dict[str, Any]]:
+    """Return the landing at θ = 1 of slip without end, by speed and by what multiplies K."""
+    bar, rows = theory().Bar(), []
+    for counts, factor in [
+        ((8, 4), 1.0),
+        (MANY, 1.0),
+        ((48, 24), 1.0),
+        *((MANY, x) for x in stiffer),
+    ]:
+        contact = Contact(factor * hertz(bar).K)
+        least = landing(Modes(bar, *counts), contact, 1.0, np.array(speeds), steps=18, window=0.02,
+                        fineness=0.1)  # fmt: skip
+        rows.append({"modes": f"{counts[0]},{counts[1]}", "factor": factor,
+                     "landing": least.tolist(), "speed": list(speeds),
+                     "divergence": float(divergence(bar, counts, 1.0)[0])})  # fmt: skip
+    return rows
+
+
+def convergence(counts: Sequence[tuple[int, int]]) -> list[dict[str, Any]]:
+    """Return landing, and slip stops of the contact that yields, by number of modes."""
+    bar = theory().Bar()
+    law = Contact(hertz(bar).K, 1.5, 0.75)
+    rows = []
+    for count in counts:
+        modes = Modes(bar, *count)
+        ends = slide(modes, law, 1.0, FRICTION, 1.0, window=0.03, bounces=True)
+        row: dict[str, Any] = {"modes": f"{count[0]},{count[1]}"}
+        for theta in (1.0, 1.4):
+            row[f"landing {theta}"] = float(landing(modes, hertz(bar), theta, 1.0))
+        for mu, stop, peak in zip(FRICTION, ends["stop"], ends["peak"], strict=True):
+            row[f"stop {mu}"] = None if math.isnan(stop) else float(stop)
+            row[f"peak {mu}"] = float(peak)
+        rows.append(row)
+    return rows
+
+
+def with_the_papers_law(angles: Sequence[float]) -> list[dict[str, float]]:
+    """Return the landing at 1 m/s by the law of the paper, within 30 ms."""
+    bar = theory().Bar()
+    K = theory().contact(1.0, n=PAPER_EXPONENT)[0]
+    law, theta = Contact(K, PAPER_EXPONENT, 0.75), np.array(angles)
+    least = landing(Modes(bar, *MANY), law, theta, 1.0, window=0.03)
+    return [{"theta": float(x), "landing": float(y)} for x, y in zip(theta, least, strict=True)]
+
+
+def maps(slender: Sequence[float], angles: Sequence[float], names: Sequence[str]) -> Any:
+    """Return the landing at 1 m/s over angle and slenderness, by material; round ends, 1 kg."""
+    grids = {}
+    for name in names:
+        given, rows = ps.material(name), []
+        for ratio in slender:
+            bar = theory().round_bar(
+                ratio, density=given.density, modulus=given.young_modulus,
+                poisson=given.poisson_ratio,
+            )  # fmt: skip
+            modes = Modes(bar, *MANY)
+            least = landing(modes, hertz(bar, bar.radius), np.array(angles), 1.0, steps=11)
+            rows.append(least.tolist())
+        grids[name] = rows
+    return {"slenderness": list(slender), "angle": list(angles), "landing": grids}
+
+
+def study(quick: bool) -> dict[str, Any]:
+    """Return all numbers of the study."""
+    counts = ((2, 1),) if quick else ((1, 0), (4, 1), (8, 2), (24, 12), (48, 24), MOST)
+    angles, speeds = ((1.0,), (1.0,)) if quick else (ANGLES, SPEEDS)
+    return {
+        "angles": over_angles(angles, counts[-1:] if quick else (MANY, (48, 24))),
+        "speeds": over_speeds((1.0,) if quick else (1.0, 1.2, 1.4), speeds),
+        "convergence": convergence(counts),
+        "variants": [] if quick else variants(),
+        "fast": [] if quick else fast((1.0, 1e2, 1e4, 1e6), (0.01, 100.0)),
+        "paper": [] if quick else with_the_papers_law((1.0, 1.2, 1.3, 1.4)),
+        "maps": maps((50,) if quick else SLENDER, (1.0, 1.4) if quick else MAP_ANGLES,
+                     ("steel",) if quick else tuple(n for n in materials() if n != "rubber")),
+    }  # fmt: skip
+
+
+# ---- tables and figures ----
+
+
+def tables(data: dict[str, Any]) -> list[str]:
+    """Return the tables of the page."""
+    table, milli = theory().table, theory().milli
+    columns = ("cot", "coupling", "landing 48,24", "landing at 100 m/s", "divergence",
+               "divergence at 9.8 N", "landing of the rigid rod", "rigid rod")  # fmt: skip
+    angles = [[f"{r['theta']:.1f}", *(f"{r[c]:.4f}" for c in columns)] for r in data["angles"]]
+    by_speed: dict[float, list[dict[str, float]]] = {}
+    for r in data["speeds"]:
+        by_speed.setdefault(r["speed"], []).append(r)
+    speeds = [
+        [f"{v:g}", *(f"{r['landing']:.4f}" for r in rows), f"{rows[0]['rigid']:.4f}"]
+        for v, rows in by_speed.items()
+    ]
+    last = next(iter(by_speed.values()))
+    limit = ["divergence", *(f"{r['divergence']:.4f}" for r in last), f"{1.3752594:.4f}"]
+    modes = [
+        [r["modes"], f"{r['landing 1.0']:.4f}", f"{r['landing 1.4']:.4f}",
+         *(f"{milli(r[f'stop {mu}'])}" for mu in FRICTION)]
+        for r in data["convergence"]
+    ]  # fmt: skip
+    fastest = [
+        [r["modes"], f"{r['factor']:g}", *(f"{x:.5f}" for x in r["landing"]),
+         f"{r['divergence']:.5f}"]
+        for r in data["fast"]
+    ]  # fmt: skip
+    changes = [[r["case"], f"{r['landing']:.4f}"] for r in data["variants"]]
+    grid = data["maps"]
+    least = [
+        [name, *(f"{min(row):.3f}, {grid['angle'][int(np.argmin(row))]:g}" for row in rows)]
+        for name, rows in grid["landing"].items()
+    ]
+    return [
+        table(["θ, rad", "(a) cot θ", "(b) coupling", "(c) landing, 1 m/s", "100 m/s",
+               "(d) divergence, rigid contact", "Hertz, 9.8 N", "rigid rod, 1 m/s",
+               "rigid rod"], angles),
+        table(["speed, m/s", *(f"θ = {r['theta']:g}" for r in last), "rigid rod, θ = 1"],
+              [*speeds, limit]),
+        table(["modes", "landing, θ = 1", "landing, θ = 1.4", *(f"μ = {m}" for m in FRICTION)],
+              modes),
+        table(["landing at θ = 1 and 1 m/s", "least μ"], changes),
+        table(["modes", "K over Hertz's", *(f"{v:g} m/s" for v in data["fast"][0]["speed"]),
+               "divergence, rigid contact"], fastest),
+        table(["material", *(f"L/d = {x:g}" for x in grid["slenderness"])], least),
+    ]  # fmt: skip
+
+
+def figure(data: dict[str, Any]) -> Figure:
+    """Return the four thresholds over the angle, and the landing over the speed."""
+    rows = data["angles"]
+    theta = [r["theta"] for r in rows]
+    with rc_context(STYLE):
+        drawn = Figure(figsize=(PAGE, COLUMN * 0.9), layout="constrained")
+        left, right = drawn.subplots(1, 2)
+        shown = {"(a) cot θ": "cot", "(b) coupling": "coupling", "(c) landing at 1 m/s": 0,
+                 "(d) divergence, rigid contact": "divergence",
+                 "rigid rod": "rigid rod"}  # fmt: skip
+        key = next(n for n in rows[0] if n.startswith("landing "))
+        for (name, column), color, dash in zip(shown.items(), PALETTE, DASHES * 2, strict=False):
+            left.plot(theta, [r[column or key] for r in rows], color=color, linestyle=dash,
+                      label=name)  # fmt: skip
+        left.set(ylim=(0, 1.6), xlabel=r"$\theta$ (rad)", ylabel=r"friction $\mu$")
+        left.set_title("(i) four thresholds of the paper's rod of steel")
+        left.legend(loc="lower left")
+        for angle, color, dash in zip(
+            dict.fromkeys(r["theta"] for r in data["speeds"]), PALETTE, DASHES, strict=False
+        ):
+            own = [r for r in data["speeds"] if r["theta"] == angle]
+            right.plot([r["speed"] for r in own], [r["landing"] for r in own], color=color,
+                       linestyle=dash, label=rf"$\theta$ = {angle:g}")  # fmt: skip
+            right.axhline(own[0]["divergence"], color=REFERENCE, linewidth=0.8)
+        right.set(xscale="log", ylim=(0, 0.8), xlabel="slip velocity (m/s)")
+        right.set(ylabel="landing", title="(ii) landing, and divergence on a rigid contact")
+        right.legend(loc="lower right")
+    return drawn
+
+
+def map_figure(data: dict[str, Any]) -> Figure:
+    """Return the landing over angle and slenderness of steel, and its least value by material."""
+    m = data["maps"]
+    with rc_context(STYLE):
+        drawn = Figure(figsize=(PAGE, COLUMN * 0.9), layout="constrained")
+        left, right = drawn.subplots(1, 2)
+        steel = np.array(m["landing"]["steel"])
+        if min(steel.shape) > 1:
+            levels = np.arange(0.2, 1.61, 0.1)
+            curves = left.contour(m["angle"], m["slenderness"], steel, levels)
+            left.clabel(curves, fontsize="small")
+            left.set_yscale("log")
+            left.set_yticks(m["slenderness"], [f"{x:g}" for x in m["slenderness"]])
+            left.minorticks_off()
+        left.set(xlabel=r"$\theta$ (rad)", ylabel="length over diameter")
+        left.set_title("(i) landing of steel at 1 m/s")
+        for (name, grid), color, dash in zip(
+            m["landing"].items(), PALETTE * 2, DASHES * 2, strict=False
+        ):
+            least = np.min(grid, axis=1)
+            right.plot(m["slenderness"], least, color=color, linestyle=dash, label=name)
+        right.set(xscale="log", xlabel="length over diameter", ylabel="least landing over angles")
+        right.set_xticks(m["slenderness"], [f"{x:g}" for x in m["slenderness"]])
+        right.minorticks_off()
+        right.set_title("(ii) least of all angles at 1 m/s")
+        right.legend(loc="upper right")
+    return drawn
+
+
+def draw(data: dict[str, Any], folder: Path) -> None:
+    """Write both figures."""
+    save(figure(data), folder / "landing")
+    save(map_figure(data), folder / "landing-maps")
+
+
+def main() -> None:
+    """Compute, write the files, print the main numbers."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="few and short runs")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
+    parser.add_argument("--draw", action="store_true", help="only draw the kept numbers")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    kept = Path(__file__).with_name("landing.json")
+    if options.draw:
+        draw(json.loads(kept.read_text("utf-8")), options.out)
+        return
+    data = study(options.quick)
+    text = json.dumps(data, indent=1, allow_nan=False) + "\n"
+    (options.out / "landing.json").write_text(text, "utf-8")
+    draw(data, options.out)
+    if not options.quick:
+        (options.out / "landing-tables.md").write_text("\n".join(tables(data)), "utf-8")
+    for row in data["angles"]:
+        print(" ".join(f"{name} {value:.4f}" for name, value in row.items()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,577 @@
+"""The commands: one entry each, with the module of its function, its options and its help.
+
+The function of a command has the name of the command. Nothing that computes is imported here, since
+a page of help needs none of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from painleve_sym.cli.options import (
+    read_count,
+    read_names,
+    read_number,
+    read_positive,
+    read_range,
+    read_sign,
+)
+from painleve_sym.cli.texts import AUTOMATON_FORMATS, DERIVE_FORMATS
+
+
+class Option(NamedTuple):
+    """An option or argument: its name, and its settings for `argparse`."""
+
+    name: str
+    settings: dict[str, Any]
+
+
+class Command(NamedTuple):
+    """A command: the module of `painleve_sym.cli` with its function, its options and its help."""
+
+    module: str
+    summary: str
+    options: tuple[Option, ...]
+    details: str = ""
+    more: str = ""
+
+
+COMMANDS: dict[str, Command] = {}
+"""The commands by name, in the order of the help."""
+
+
+def command(
+    name: str, module: str, summary: str, *options: Option, details: str = "", more: str = ""
+) -> None:
+    """Add a command; its help ends with the details, and `more` follows its summary."""
+    COMMANDS[name] = Command(module, summary, options, details, more)
+
+
+Reader = Callable[[str, str], Any]
+"""Makes a value of the name of an option and its text."""
+
+
+def text(
+    name: str, metavar: str, help_text: str, read: Reader | None = None, **more: Any
+) -> Option:
+    """Return an option that takes a text, or what a reader makes of it."""
+    return Option(name, {"metavar": metavar, "help": help_text, "read": read, **more})
+
+
+def several(name: str, metavar: str, help_text: str) -> Option:
+    """Return an option that may be given several times."""
+    return Option(name, {"metavar": metavar, "help": help_text, "action": "append"})
+
+
+def argument(name: str, metavar: str, help_text: str, **more: Any) -> Option:
+    """Return an argument, which has no dashes."""
+    return Option(name, {"metavar": metavar, "help": help_text, **more})
+
+
+def flag(name: str, help_text: str) -> Option:
+    """Return an option without a value."""
+    return Option(name, {"action": "store_true", "help": help_text})
+
+
+def in_unit(read: Callable[..., Any], unit: str) -> Reader:
+    """Return a reader whose numbers have a unit."""
+    return lambda where, given: read(where, given, unit)
+
+
+# ---- options of several commands ----
+
+JSON = flag("--json", "print JSON with full precision")
+CONTACT = text("--contact", "NAME", "of several contacts, consider this one alone")
+MATERIAL = text("--material", "NAME", "sets what it provides (`painleve materials`): steel, or two")
+SET = several("--set", "NAME=VALUE,...", "parameters of the mechanism, such as mu=1.2,m=0.2")
+CLOSE = text(
+    "--close", "COORDINATE", "solve gap = 0 for it; of several contacts CONTACT:COORDINATE"
+)
+CASE = (
+    argument("case", "CASE", "mechanism, or a scenario file (see below)"),
+    several(
+        "--state",
+        "NAME=VALUE,...",
+        "such as theta=1,theta_dot=5, others 0; by default the mechanism's own start",
+    ),
+    SET,
+    MATERIAL,
+    CONTACT,
+    CLOSE,
+)
+LAW = (
+    text("--law", "NAME", "contact law (`painleve laws` lists them)"),
+    several(
+        "--law-set",
+        "NAME=VALUE,...",
+        "parameters and choices of the law, such as E=209e9,reload=elastic",
+    ),
+)
+RESTITUTION = text("--restitution", "E", "coefficient in [0, 1], by default 0.75", read_number)
+ENGINE = text("--engine", "NAME", "auto (default), compiled, taylor or erk")
+NEWTONS = in_unit(read_number, "N")
+SECONDS = in_unit(read_number, "s")
+INITIAL_FORCE = text(
+    "--initial-force", "N", "start compressed so that the contact carries this force, N", NEWTONS
+)
+MOTION = (
+    *LAW,
+    text("--t-end", "TIME", "end time, s", SECONDS),
+    text(
+        "--until",
+        "EVENT,...",
+        "end at the first event of these kinds, such as separation",
+        read_names,
+    ),
+    INITIAL_FORCE,
+    text("--rtol", "X", "relative tolerance, from 1e-15 up to 1", read_number),
+    text("--max-steps", "N", "stop after N steps, by default 1e6", read_count),
+    text("--max-events", "N", "stop after N events, by default 1e5", read_count),
+)
+MODEL = argument("model", "MODEL", "mechanism (`painleve models`)")
+PICTURE = text("--out", "FILE", "draw it, as PNG, SVG or PDF by the suffix")
+
+
+def look(default: str = "as the suffix says") -> tuple[Option, ...]:
+    """Return the options of every command that draws a figure; `read_look` reads them."""
+    return (
+        text("--width", "WIDTH", "of the figure: column, page, or a number in cm"),
+        text("--title", "TITLE", "none leaves the titles of the figure out"),
+        text("--format", "FORMAT", f"of the figure: png, svg or pdf; by default {default}"),
+    )
+
+
+def map_files(subject: str) -> tuple[Option, ...]:
+    """Return the options of commands that draw a map of something."""
+    help_text = "(.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
+    return several("--out", "FILE", f"draw {subject} {help_text}"), *look(), JSON
+
+
+def listing(name: str, summary: str, subject: str) -> None:
+    """Add a command that lists things, or shows one of them."""
+    one = argument("name", "NAME", f"show {subject}, alone; default all", nargs="?")
+    command(name, "describe", summary, one, JSON)
+
+
+def formats(names: tuple[str, ...]) -> tuple[Option, ...]:
+    """Return the options of commands that print a text about a mechanism in several formats."""
+    same = {"action": "store_const", "const": "json", "dest": "format"}
+    return (
+        MODEL,
+        Option("--format", {"default": "text", "metavar": "FORMAT", "help": ", ".join(names)}),
+        CONTACT,
+        Option("--json", {**same, "help": "the same as --format json"}),
+    )
+
+
+# ---- longer texts ----
+
+SCENARIO = """\
+CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
+
+  model = "rod"
+  t_end = 0.01
+  until = ["separation"]
+  state = { theta = 1.0, theta_dot = 1.0, x_A_dot = -1.0 }
+  parameters = { mu = 1.4 }
+
+  [law]
+  name = "bilinear-hertz"
+  reload = "elastic"
+  parameters = { E = 209e9, e_energetic = 0.75 }
+
+Other keys: title, material, contact, close, initial_force, engine, rtol,
+max_steps, max_events, samples, restitution, rule. One file serves classify,
+simulate and jump; each takes the keys it needs. Options override the file,
+--state, --set and --law-set entry by entry; another --law drops the law
+parameters of the file. Without a state the mechanism's own start is taken."""
+
+JUMP = """\
+With a contact law the jump is also computed at its stiffness: the free normal
+acceleration B is kept, and the result can be compared with a compliant motion.
+
+"""
+
+STOPS = """
+
+exit codes: 0 for a run that ended at t_end, at --until or where the mechanism
+left its domain; 3 for one that stopped early (step_limit, event_limit,
+accumulation, non_finite, step_underflow or another such reason), or whose
+energy balance does not close, after what it has was printed; 2 bad input."""
+
+SWEEP = """\
+SWEEP is a scenario file (see `painleve simulate -h`) with the points to run:
+
+  model = "rod"
+  t_end = 0.01
+  until = ["separation"]
+  state = { x_A_dot = -1.0 }
+  law = { name = "bilinear-hertz", parameters = { E = 209e9 } }
+  keep = ["theta_dot", "time_of_separation", "max_normal_force", "case"]
+
+  [axes]                            # every combination
+  theta = { from = 0.9, to = 1.1, points = 21 }
+  theta_dot = [0.5, 1.0, 2.0]
+  mu = { from = 1.35, to = 2.0, points = 10, scale = "log" }
+
+or, instead of [axes], a sampled set:
+
+  [sample]
+  points = 1000
+  seed = 1
+  [sample.ranges]
+  theta = [0.95, 1.2]
+  mu = { from = 1.35, to = 2.0, scale = "log" }
+
+Axes: coordinates, velocities, parameters of mechanism and law, initial_force.
+keep: final states, time, mode, case (of the rigid contact at the start),
+time_of_EVENT, count_of_EVENT, max_OUTPUT, min_OUTPUT (and ..._time),
+integral_OUTPUT (of normal_force: the impulse); with events = N the first N
+times, times_of_EVENT or event_times (all kinds). stop_reason is always kept.
+`painleve automaton MODEL --law LAW` lists the events.
+
+A failed motion is a point with its stop_reason, never left out.
+Chunks are written to FILE.parts as they finish. After any interruption the same
+command resumes there. How to read the result: docs/sweeps.md."""
+
+# ---- the commands ----
+
+listing(
+    "models",
+    "list the mechanisms, or show one: coordinates, parameters, source",
+    "the mechanism, or its TOML file",
+)
+
+listing(
+    "laws",
+    "list the contact laws and restitution rules, or show one",
+    "the law or restitution rule",
+)
+
+listing("materials", "list the materials, or show one: modulus, density, friction", "the material")
+
+command(
+    "derive",
+    "derive",
+    "show the closed forms of a mechanism: text, LaTeX, Python, JSON",
+    *formats(DERIVE_FORMATS),
+    more=(
+        "T, V, mass matrix, A and B for both slip directions, sticking, critical\n"
+        "friction and the three phases of the jump. --format python prints a module of\n"
+        "plain functions."
+    ),
+)
+
+command(
+    "classify",
+    "classify",
+    "solve the rigid contact at a state: every solution, or none",
+    *CASE,
+    JSON,
+    details=SCENARIO,
+)
+
+command(
+    "jump",
+    "run",
+    "compute the velocity jump of an impact at a state",
+    *CASE,
+    RESTITUTION,
+    text("--rule", "RULE", "energetic (default), poisson or newton"),
+    *LAW,
+    text(
+        "--initial-force",
+        "N",
+        "with a law: the contact starts compressed so that it carries this force, N",
+        NEWTONS,
+    ),
+    text(
+        "--configuration",
+        "NAME",
+        "with a law: frozen (default), or carried along to where the impulse acts",
+        default="frozen",
+    ),
+    JSON,
+    details=JUMP + SCENARIO,
+)
+
+command(
+    "simulate",
+    "run",
+    "compute a compliant or rigid motion, event by event",
+    *CASE,
+    *MOTION,
+    ENGINE,
+    text("--samples", "N", "also give state and forces at N evenly spaced times", read_count),
+    text("--save", "FILE", "write the whole trajectory, an NPZ file"),
+    text("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+    text("--report", "FILE", "write a page about it, .html: formulas, figure, events, sources"),
+    *look(),
+    JSON,
+    details=SCENARIO + STOPS,
+)
+
+command(
+    "animate",
+    "animate",
+    "draw a motion as GIF, MP4 or HTML, slowed down around impacts",
+    *CASE,
+    *MOTION,
+    text("--out", "FILE", "the film: .gif, .html, or .mp4 with imageio-ffmpeg", required=True),
+    ENGINE,
+    text("--duration", "TIME", "length of the film, s, by default 8", SECONDS),
+    text("--width", "PIXELS", "from 200 to 2000, by default 480"),
+    JSON,
+    details=(
+        "CASE and the options of the motion are those of `painleve simulate`. The film runs\n"
+        "slowly where forces change fast, and its clock shows by how much. Arrows show\n"
+        "normal force, friction and the direction of slip; their lengths are logarithmic.\n"
+        "Shapes are those of the bodies, or [[shapes]] of a mechanism file.\n\n"
+        "  painleve animate rod --law bilinear-hertz --t-end 0.01 --until liftoff \\\n"
+        "      --out rod.gif"
+    ),
+)
+
+command(
+    "map",
+    "map",
+    "map slip, lift-off and the paradox over two states or parameters",
+    MODEL,
+    text(
+        "--over",
+        "NAME,NAME",
+        "the axes: two coordinates, velocities (theta_dot) or parameters",
+        required=True,
+    ),
+    several(
+        "--range",
+        "NAME=FROM:TO,...",
+        "ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out",
+    ),
+    several(
+        "--state",
+        "NAME=VALUE,...",
+        "coordinates and velocities that are held; by default the start of the mechanism",
+    ),
+    SET,
+    MATERIAL,
+    CONTACT,
+    CLOSE,
+    text(
+        "--points",
+        "N",
+        "points along each axis, from 5 to 2000, by default 400",
+        read_count,
+        default=400,
+    ),
+    text("--slip", "SIGN", "sign of the slip velocity, -1 (default) or 1", read_sign, default=-1),
+    *map_files("it"),
+    details="--json prints what the map holds without its grids; --out FILE.json has them too.",
+)
+
+command(
+    "critical",
+    "critical",
+    "find the initial force that separates lift-off from impact",
+    *CASE,
+    *LAW,
+    text("--over", "NAME=FROM:TO", "map the outcomes over the force and this (E, y_A_dot)"),
+    text(
+        "--forces",
+        "FROM:TO",
+        "initial forces of the map, N; chosen where left out",
+        in_unit(read_range, "N"),
+    ),
+    text(
+        "--points",
+        "N",
+        "points along each axis of the map, from 2 to 400, by default 61",
+        read_count,
+    ),
+    text(
+        "--gradient", "NAME,...", "also the derivatives of the critical force by these", read_names
+    ),
+    text("--engine", "NAME", "auto (default), compiled or erk"),
+    *map_files("the map"),
+    details=(
+        "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
+        "is bilinear-hertz unless --law or the scenario file (see `painleve simulate -h`)\n"
+        "names another.\n\n"
+        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 --law-set E=209e9\n"
+        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 \\\n"
+        "      --over E=2e9:2e12 --out map.png"
+    ),
+)
+
+command(
+    "sweep",
+    "sweep",
+    "run one motion for every point of a grid or a sampled set",
+    argument("file", "SWEEP", "the sweep, a TOML file (see below)"),
+    text(
+        "--out",
+        "FILE",
+        "the result: .nc (NetCDF), .zarr (a folder) or .npz; by default SWEEP.nc in this "
+        "folder, or what the key format of SWEEP says",
+    ),
+    text("--threads", "N", "threads of this process; by default one per processor", read_count),
+    text(
+        "--cluster",
+        "ADDRESS",
+        "run on the Dask scheduler there, such as tcp://10.0.0.1:8786, or on `local` processes",
+    ),
+    JSON,
+    details=SWEEP,
+)
+
+command(
+    "contrast",
+    "contrast",
+    "compare all methods from one initial state",
+    *CASE,
+    RESTITUTION,
+    text(
+        "--steps",
+        "H,...",
+        "steps of time stepping, s, by default 1/10, 1/100, 1/1000 of t-end",
+        in_unit(read_positive, "s"),
+    ),
+    text(
+        "--stiffness",
+        "E,...",
+        "Young's moduli, Pa, by default 20.9e12,20.9e14,20.9e16",
+        in_unit(read_positive, "Pa"),
+    ),
+    text(
+        "--solvers",
+        "NAME,...",
+        "of time stepping: least-impulse, largest-impulse, lemke, mpcc",
+        read_names,
+    ),
+    text("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2", SECONDS),
+    PICTURE,
+    *look(),
+    JSON,
+    details=(
+        "The least-impulse, largest-impulse and first solvers enumerate every solution of a\n"
+        "step; lemke and mpcc end at one.\n\n"
+        "CASE is a mechanism or a scenario file, of which model, state, parameters, t_end\n"
+        "and restitution are used."
+    ),
+)
+
+command(
+    "fit",
+    "fit",
+    "estimate parameters from measured velocities or force histories",
+    argument("data", "DATA", "CSV file; its header names NAME [unit]"),
+    *CASE,
+    *LAW,
+    text(
+        "--estimate",
+        "NAME,...",
+        "what to estimate: parameters, or start values of a history",
+        read_names,
+    ),
+    text("--until", "EVENT,...", "event that ends each motion, by default separation", read_names),
+    text("--t-end", "TIME", "by when each motion has ended, s, by default 1", SECONDS),
+    text("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
+    text("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95", read_number),
+    text(
+        "--max-evaluations",
+        "N",
+        "of the model, after which the fit ends, by default 200",
+        read_count,
+    ),
+    text("--max-steps", "N", "of one motion, by default 50 000", read_count),
+    text("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
+    *look(),
+    JSON,
+    details=(
+        "DATA is a history of one motion, with a column t [s], or one motion per row:\n\n"
+        "  t [s], y_A_dot [m/s], normal_force [N]\n"
+        "  start theta [rad], start x_A_dot [m/s], end y_A_dot [m/s]\n\n"
+        "SI units and rad; others are converted where pint is installed. An empty cell has\n"
+        "no measurement; lines that begin with # are comments. --set and --law-set give\n"
+        "known values, and where the estimates start."
+    ),
+)
+
+command(
+    "export",
+    "export",
+    "export the simulation as stand-alone C code",
+    *CASE,
+    *MOTION,
+    text("--out", "DIR", "folder to write, absent or empty", required=True),
+    text("--name", "NAME", "prefix of the C names, by default the mechanism's name"),
+    text("--engine", "NAME", "auto (default), taylor or compiled"),
+    JSON,
+    details=(
+        "CASE, state, parameters and law are those of `painleve simulate`; they are what\n"
+        "the example main.c runs. Without --state it runs the mechanism's own start,\n"
+        "without --t-end 0.01 s, of a rigid motion 1 s.\n\n"
+        "  painleve export rod --law bilinear-hertz --law-set E=209e9 --out rod-c\n"
+        "  cd rod-c && cmake -B build && cmake --build build"
+    ),
+)
+
+command(
+    "explore",
+    "explore",
+    "write a page that computes contact and motion in the browser",
+    *CASE,
+    *LAW,
+    text("--t-end", "TIME", "end time of the motions at first, s", SECONDS),
+    INITIAL_FORCE,
+    text("--docs", "ADDRESS", "documentation site that the page links to, also from the page: .."),
+    text("--out", "FILE", "page to write, .html", required=True),
+    JSON,
+    details=(
+        "One HTML file that opens from disk: sliders, map, contact problem, the motion with the\n"
+        "law and the rigid one, animation and tables, computed by WebAssembly in it. CASE, state,\n"
+        "parameters and law are those of `painleve simulate`, and what the page begins with.\n"
+        "Without --law: bilinear-hertz, or rigid where a contact holds from both sides. The rod's\n"
+        "page then needs no compiler; others are compiled once, with clang and wasi-libc, or with\n"
+        "pip install 'painleve-sym[web]'.\n\n"
+        "  painleve explore rod --out rod.html"
+    ),
+)
+
+command(
+    "automaton",
+    "describe",
+    "show the modes and events of a mechanism with a contact law",
+    *formats(AUTOMATON_FORMATS),
+    *LAW,
+)
+
+command(
+    "cache",
+    "cache",
+    "show where compiled code is kept and its size, or clear it",
+    flag("--clear", "remove what the cache holds"),
+    JSON,
+    details=(
+        "The folder is PAINLEVE_CACHE, else XDG_CACHE_HOME/painleve-sym, else\n"
+        "~/.cache/painleve-sym. Other files in it are left alone."
+    ),
+)
+
+command(
+    "reproduce",
+    "reproduce",
+    "redo the tables, figures and formulas of a paper",
+    argument("paper", "PAPER", "name of the paper (--list shows it); default all", nargs="?"),
+    text("--out", "DIR", "also write a report with figures here"),
+    several("--only", "ID,...", "only these items or groups (--list shows them)"),
+    flag("--list", "list the items and end"),
+    *look("png and svg; pdf comes beside these two"),
+    JSON,
+    details=(
+        "Progress goes to standard error, the table to standard output.\n\n"
+        "exit codes: 0 when every verdict is the expected one, else 1; 2 bad input.\n"
+        "An item that ends with an error has the verdict failed, which is never expected."
+    ),
+)

@@ -1,0 +1,433 @@
+"""The numbers of contacts at states: gaps, velocities, mobility W, free accelerations b, scales.
+
+Everything that needs them asks `Delassus`, which asks a `Dynamics` for one function of them all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contact_rows import ContactRows
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.outline import MechanismOutline
+
+if TYPE_CHECKING:
+    import casadi as ca
+    from sympy import Expr
+
+    from painleve_sym.mechanics.coefficients import ContactCoefficients
+
+CONTACT_TOLERANCE = 1e-12
+"""Part of the mechanism's length and speed below which gap and its rate are 0: round-off."""
+
+_MOTION = ("gap", "gap_rate", "slip_velocity")
+_OF_CONTACT = (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance")
+
+
+class ContactNumbers(NamedTuple):
+    """Numbers of all n contacts of a mechanism at one state, or at an array of states.
+
+    For an array of states each array ends with the axes of that array.
+
+    Attributes
+    ----------
+    gap, gap_rate, slip_velocity : ndarray, shape (n,)
+        m, m/s, m/s.
+    A_stick, B_stick : ndarray, shape (n,)
+        A′ and B′ of each contact with the others open; 1/kg and m/s².
+    gap_tolerance, rate_tolerance : ndarray, shape (n,)
+        See `closed_within`; m, m/s.
+    W : ndarray, shape (2 n, 2 n)
+        Mobility with rows n1, t1, n2, t2, ...; 1/kg.
+    b : ndarray, shape (2 n,)
+        Accelerations without contact forces; m/s².
+    margins : sequence of float, or ndarray
+        Of the bounds of the domain, all positive inside.
+    mu : ndarray, shape (n,)
+        Friction coefficients.
+    """
+
+    gap: Array
+    gap_rate: Array
+    slip_velocity: Array
+    A_stick: Array
+    B_stick: Array
+    gap_tolerance: Array
+    rate_tolerance: Array
+    W: Array
+    b: Array
+    margins: Any
+    mu: Array
+
+    @property
+    def v(self) -> Array:
+        """Velocities of the contacts, shape (2 n,); m/s."""
+        pairs = np.stack([self.gap_rate, self.slip_velocity], axis=1)
+        return pairs.reshape(-1, *pairs.shape[2:])
+
+
+class MotionNumbers(NamedTuple):
+    """Effect of contact impulses on a mechanism of nq coordinates, at one state or several.
+
+    Attributes
+    ----------
+    J : ndarray, shape (2 n, nq)
+        Velocities of the contacts by those of the coordinates.
+    D : ndarray, shape (nq, 2 n)
+        M⁻¹ Jᵀ: velocities of the coordinates by the impulses.
+    free : ndarray, shape (nq,)
+        Accelerations of the coordinates without contact forces.
+    drive_speeds : ndarray, shape (2 n,)
+        Of the surfaces; m/s.
+    kinetic_energy : ndarray, shape (1,)
+        J.
+    """
+
+    J: Array
+    D: Array
+    free: Array
+    drive_speeds: Array
+    kinetic_energy: Array
+
+
+class Dynamics(Protocol):
+    """A mechanism as `Delassus` asks it: names, and what its numbers are made of.
+
+    `LagrangianDynamics` has closed forms of SymPy. CasADi functions of a mass matrix, a bias, and
+    gaps, Jacobians and bias accelerations of contacts serve as well.
+    """
+
+    @property
+    def outline(self) -> MechanismOutline:
+        """Names of states, parameters and contacts."""
+        ...
+
+    @property
+    def definition(self) -> str:
+        """Everything that the functions are made of, as one text."""
+        ...
+
+    def contact_function(self) -> ca.Function:
+        """Return the function of `argument_names` to all `ContactNumbers` but mu, row by row."""
+        ...
+
+    def motion_function(self) -> ca.Function:
+        """Return the function of `argument_names` to all `MotionNumbers`, row by row."""
+        ...
+
+
+@dataclass(frozen=True)
+class LagrangianDynamics:
+    """A `Dynamics` from the closed forms of a mechanism's Lagrangian system."""
+
+    mechanism: Mechanism
+
+    @property
+    def outline(self) -> MechanismOutline:
+        """Names of states, parameters and contacts."""
+        return self.mechanism.outline
+
+    @property
+    def definition(self) -> str:
+        """Everything that the mechanism is derived from."""
+        return self.mechanism.definition
+
+    def contact_function(self) -> ca.Function:
+        """Return the function of all `ContactNumbers` but mu."""
+        from painleve_sym.codegen.evaluate import expression_function
+        from painleve_sym.mechanics.contact_set import ContactSet
+
+        mechanism = self.mechanism
+        n = len(mechanism.contacts)
+        own = [_formulas(mechanism, i) for i in range(n)]
+        between = ContactSet(mechanism)
+        entries = [own[i][name] for name in _OF_CONTACT for i in range(n)]
+        at, axis = ContactRows(n), ("t", "n")
+        kinds = [axis[at.is_normal(row)] for row in range(at.size)]
+        for r, c in product(range(at.size), repeat=2):
+            low, high = min(r, c), max(r, c)
+            alone = own[at.contact(low)]
+            coupled = at.contact(r) != at.contact(c)
+            entries.append(
+                between.W[low, high] if coupled else alone[f"W_{kinds[low]}{kinds[high]}"]
+            )
+        entries += [own[at.contact(r)][f"b_{kind}"] for r, kind in enumerate(kinds)]
+        entries += [bound.margin for bound in mechanism.domain]
+        return expression_function("contacts", entries, argument_symbols(mechanism))
+
+    def motion_function(self) -> ca.Function:
+        """Return the function of all `MotionNumbers`."""
+        from painleve_sym.codegen.evaluate import expression_function
+        from painleve_sym.mechanics.contact_set import ContactSet
+
+        mechanism, system = self.mechanism, self.mechanism.system
+        contacts = ContactSet(mechanism)
+        directions = [d for c in mechanism.all_coefficients for d in c.force_directions]
+        entries = [*contacts.J]
+        entries += [column[k] for k in range(len(system.q)) for column in directions]
+        entries += [*system.free_acceleration, *mechanism.drive_speeds, system.kinetic_energy]
+        return expression_function("motion", entries, argument_symbols(mechanism))
+
+
+@dataclass(frozen=True)
+class Delassus:
+    """The numbers of the contacts of a mechanism, compiled once and evaluated at states.
+
+    The values are coordinates, velocities and parameters by name, and may hold others: numbers for
+    one state, or arrays that broadcast against each other for an array of states, each with the
+    same bits as alone.
+
+    Examples
+    --------
+    >>> from painleve_sym import model
+    >>> from painleve_sym.contacts.delassus import Delassus
+    >>> rod = model("rod")
+    >>> numbers = Delassus.of(rod).at({**rod.at(rod.start).values, "theta": 1.0})
+    >>> numbers.W.shape, numbers.b.shape
+    ((2, 2), (2,))
+    """
+
+    dynamics: Dynamics
+
+    @classmethod
+    def of(cls, mechanism: Mechanism) -> Delassus:
+        """Return that of a mechanism by its closed forms."""
+        return cls(LagrangianDynamics(mechanism))
+
+    def at(self, values: Mapping[str, float]) -> ContactNumbers:
+        """Return the numbers of the contacts at one state."""
+        function = self.contact_quantities
+        numbers = function.of_vector([values[name] for name in function.arguments])
+        return self._contacts(numbers, values)
+
+    def whole_at(self, values: Mapping[str, float]) -> tuple[ContactNumbers, MotionNumbers]:
+        """Return the numbers of the contacts at one state, and how impulses move the mechanism."""
+        function = self.whole_quantities
+        numbers = function.of_vector([values[name] for name in function.arguments])
+        begin, moves = len(numbers) - self._motion_count, list[Array]()
+        rest = np.array(numbers[begin:])
+        end = 0
+        for shape in self._motion_shapes:
+            end, first = end + math.prod(shape), end
+            moves.append(rest[first:end].reshape(shape))
+        return self._contacts(numbers[:begin], values), MotionNumbers(*moves)
+
+    def at_each(self, values: Mapping[str, Any]) -> ContactNumbers:
+        """Return the numbers of the contacts at an array of states."""
+        return self._at_each(self.contact_quantities, values, [])[0]
+
+    def whole_at_each(self, values: Mapping[str, Any]) -> tuple[ContactNumbers, MotionNumbers]:
+        """Return the same as `whole_at` at an array of states."""
+        contacts, moves = self._at_each(self.whole_quantities, values, self._motion_shapes)
+        return contacts, MotionNumbers(*moves)
+
+    def _contacts(self, numbers: list[float], values: Mapping[str, float]) -> ContactNumbers:
+        contacts = self.dynamics.outline.contacts
+        n = len(contacts)
+        size, count = ContactRows(n).size, len(_OF_CONTACT) * n
+        end = count + size * size
+        gap, rate, slip, A, B, near, slow = np.array(numbers[:count]).reshape(-1, n)
+        return ContactNumbers(
+            *(gap, rate, slip, A, B, near, slow),
+            np.array(numbers[count:end]).reshape(size, size),
+            np.array(numbers[end : end + size]),
+            numbers[end + size :],
+            np.array([float(values[c.friction]) for c in contacts]),
+        )
+
+    def _at_each(
+        self, function: Quantities, values: Mapping[str, Any], more: Sequence[tuple[int, ...]]
+    ) -> tuple[ContactNumbers, list[Array]]:
+        """Return the numbers at an array of states, and parts of the shapes `more` after them."""
+        outline = self.dynamics.outline
+        n = len(outline.contacts)
+        size = ContactRows(n).size
+        shapes = [*[(n,)] * len(_OF_CONTACT), (size, size), (size,), (len(outline.domain),), *more]
+        arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in function.arguments))
+        axes, end, parts = arrays[0].shape, 0, list[Array]()
+        flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
+        rows = function.rows(flat)
+        for shape in shapes:
+            end, first = end + math.prod(shape), end
+            parts.append(rows[first:end].reshape(*shape, *axes))
+        count = len(shapes) - len(more)
+        mu = [
+            np.broadcast_to(np.asarray(values[c.friction], float), axes) for c in outline.contacts
+        ]
+        own: Any = (*parts[:count], np.stack(mu))
+        return ContactNumbers(*own), parts[count:]
+
+    @property
+    def _motion_shapes(self) -> list[tuple[int, ...]]:
+        outline = self.dynamics.outline
+        nq, size = len(outline.coordinates), ContactRows(len(outline.contacts)).size
+        return [(size, nq), (nq, size), (nq,), (size,), (1,)]
+
+    @property
+    def _motion_count(self) -> int:
+        return sum(map(math.prod, self._motion_shapes))
+
+    @property
+    def contact_quantities(self) -> Quantities:
+        """All `ContactNumbers` but mu, row by row."""
+        outline, definition = self.dynamics.outline, self.dynamics.definition
+        return quantities(
+            "contacts",
+            definition,
+            outline.argument_names,
+            lambda: (_contact_names(outline), self.dynamics.contact_function()),
+        )
+
+    @property
+    def whole_quantities(self) -> Quantities:
+        """All `ContactNumbers` but mu, followed by all `MotionNumbers`."""
+        outline, definition = self.dynamics.outline, self.dynamics.definition
+
+        def derive() -> tuple[list[str], ca.Function]:
+            import casadi as ca
+
+            x = ca.SX.sym("x", len(outline.argument_names))
+            parts = self.dynamics.contact_function()(x), self.dynamics.motion_function()(x)
+            whole = ca.Function("whole", [x], ca.cse([ca.vertcat(*parts)]))
+            return _contact_names(outline) + _motion_names(outline), whole
+
+        return quantities("whole", definition, outline.argument_names, derive)
+
+
+def _contact_names(outline: MechanismOutline) -> list[str]:
+    n = len(outline.contacts)
+    rows = range(ContactRows(n).size)
+    return [
+        *(f"{name}_{i}" for name in _OF_CONTACT for i in range(n)),
+        *(f"W_{r}_{c}" for r, c in product(rows, repeat=2)),
+        *(f"b_{r}" for r in rows),
+        *(f"margin_{k}" for k in range(len(outline.domain))),
+    ]
+
+
+def _motion_names(outline: MechanismOutline) -> list[str]:
+    rows, own = range(ContactRows(len(outline.contacts)).size), range(len(outline.coordinates))
+    return [
+        *(f"J_{r}_{k}" for r, k in product(rows, own)),
+        *(f"D_{k}_{r}" for k, r in product(own, rows)),
+        *(f"free_{k}" for k in own),
+        *(f"drive_speed_{r}" for r in rows),
+        "kinetic_energy",
+    ]
+
+
+def length_formula(mechanism: Mechanism, i: int = 0) -> Expr:
+    """Return the length that the mechanism gives to compare others with; m.
+
+    The geometric mean of the positive parameters in m. Without one √(W_nn Σ M_aa) over the angles
+    a, the lever by which they move the contact; with neither, the largest of the coordinates, the
+    gap and the parameters in m, which may be 0.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    i : int
+        Which of its contacts.
+    """
+    import sympy as sp
+
+    system = mechanism.system
+    lengths = [p.symbol for p in system.parameters if p.unit == "m"]
+    positive = [s for s in lengths if s.is_positive]
+    if positive:
+        return sp.Mul(*positive) ** sp.Rational(1, len(positive))
+    angles = [k for k, c in enumerate(system.coordinates) if c.unit == "rad"]
+    if angles:
+        inertia = sum(system.mass_matrix[k, k] for k in angles)
+        return sp.sqrt(inertia * mechanism.all_coefficients[i].W_nn)
+    lengths += [c.symbol for c in system.coordinates if c.unit == "m"]
+    return sp.Max(*map(sp.Abs, (*lengths, mechanism.contacts[i].gap)))
+
+
+def closed_within(length: Expr, kinetic: Expr, W_nn: Expr, b_n: Expr) -> tuple[Expr, Expr, Expr]:
+    """Return the characteristic length L, and the gap and gap rate up to which a contact is closed.
+
+    L measures coordinates and gap, in m: `length_formula`; where that is 0 the height
+    2 T W_nn/|b_n| to which the motion could rise, and 1 m where nothing moves or nothing pulls
+    back. The tolerances are parts of L, in m, and of the speed √(2 (T W_nn + |b_n| L)), in m/s,
+    which the motion has or would gain over L. All follow a change of the units. Unevaluated:
+    SymPy would rearrange long formulas.
+
+    Parameters
+    ----------
+    length, kinetic, W_nn, b_n : sympy.Expr
+        `length_formula` in m, kinetic energy T in J, mobility in 1/kg, acceleration in m/s².
+    """
+    import sympy as sp
+
+    pull, twice = sp.Abs(b_n, evaluate=False), _product(sp.Integer(2), kinetic, W_nn)
+    height = _product(twice, sp.Pow(pull, -1, evaluate=False))
+    rises = sp.And(sp.Gt(pull, 0, evaluate=False), sp.Gt(height, 0, evaluate=False), evaluate=False)
+    cases = (length, sp.Gt(length, 0, evaluate=False)), (height, rises), (1, True)
+    measure = sp.Piecewise(*cases, evaluate=False)
+    gain = _product(sp.Integer(2), pull, measure)
+    speed = sp.Pow(sp.Add(twice, gain, evaluate=False), sp.Rational(1, 2), evaluate=False)
+    part = sp.Float(CONTACT_TOLERANCE)
+    return measure, _product(part, measure), _product(part, speed)
+
+
+def _product(*factors: Expr) -> Expr:
+    import sympy as sp
+
+    return sp.Mul(*factors, evaluate=False)
+
+
+def domain_margins(mechanism: Mechanism) -> Quantities:
+    """Return margin_0, margin_1, … of the bounds of the domain, all positive inside.
+
+    Functions of coordinates, velocities and parameters.
+    """
+    return quantities(
+        "domain",
+        mechanism.definition,
+        mechanism.outline.argument_names,
+        lambda: (
+            {f"margin_{i}": bound.margin for i, bound in enumerate(mechanism.domain)},
+            argument_symbols(mechanism),
+        ),
+    )
+
+
+def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:
+    """Return the symbols of what numbers of a mechanism depend on: states, then parameters."""
+    return (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
+
+
+def sticking(c: ContactCoefficients) -> tuple[Expr, Expr]:
+    """Return A′ and B′, with W_nn and b_n in states in which no motion slides the contact.
+
+    There W_tt = W_nt = 0: sticking holds nothing.
+    """
+    import sympy as sp
+
+    if c.W_tt.is_number:
+        return c.A_stick, c.B_stick
+    slides = sp.Gt(c.W_tt, 0, evaluate=False)
+    pairs = (c.A_stick, c.W_nn), (c.B_stick, c.b_n)
+    A, B = (sp.Piecewise((held, slides), (free, True)) for held, free in pairs)
+    return A, B
+
+
+def _formulas(mechanism: Mechanism, i: int) -> dict[str, Any]:
+    """Return what the numbers of one contact alone are."""
+    system, contact, c = mechanism.system, mechanism.contacts[i], mechanism.all_coefficients[i]
+    forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")
+    formulas = {name: getattr(contact, name) for name in _MOTION}
+    formulas |= {name: getattr(c, name) for name in forces}
+    formulas["A_stick"], formulas["B_stick"] = sticking(c)
+    given = length_formula(mechanism, i), system.kinetic_energy, c.W_nn, c.b_n
+    _, near, slow = closed_within(*given)
+    return formulas | {"gap_tolerance": near, "rate_tolerance": slow}

@@ -1,0 +1,56 @@
+"""Equations that end restitution, by law, and the velocity of separation that solves them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import sympy as sp
+
+from painleve_sym.mechanics.impact.impulse_rays import V_N_PLUS
+
+V_N_MINUS = sp.Symbol("v_n_minus", nonpositive=True)
+"""Normal velocity before the impact; m/s."""
+P_C = sp.Symbol("P_c", nonnegative=True)
+"""Normal impulse of compression; N s."""
+P_R = sp.Symbol("P_r", nonnegative=True)
+"""Normal impulse of restitution; N s."""
+E_C = sp.Symbol("E_c", nonnegative=True)
+"""Energy stored by compression; J."""
+E_R = sp.Symbol("E_r", nonpositive=True)
+"""Energy stored by restitution, negative: it is released; J."""
+A_R = sp.Symbol("A_r", positive=True)
+"""dv_n/dP_n during restitution (A′ in sticking), or on its last ray; 1/kg."""
+V_N_1 = sp.Symbol("v_n_1", nonnegative=True)
+"""Normal velocity at the start of the last ray of restitution; m/s."""
+P_R1 = sp.Symbol("P_r1", nonnegative=True)
+"""Normal impulse of restitution before its last ray; N s."""
+E_R1 = sp.Symbol("E_r1", nonpositive=True)
+"""Energy stored by restitution before its last ray, negative; J."""
+
+
+EQUATIONS: Mapping[str, Callable[[sp.Symbol], sp.Eq]] = {
+    "newton": lambda e: sp.Eq(V_N_PLUS, -e * V_N_MINUS, evaluate=False),
+    "poisson": lambda e: sp.Eq(P_R, e * P_C, evaluate=False),
+    "energetic": lambda e: sp.Eq(E_R, -(e**2) * E_C, evaluate=False),
+}
+"""The equation that ends restitution, by law, of its coefficient."""
+
+
+def separation_velocity(equation: sp.Eq) -> sp.Expr:
+    """Return v_n⁺ that solves the equation of a law; see `RestitutionLaw.separation_velocity`."""
+    return _solved(equation, {P_R: V_N_PLUS / A_R, E_R: -(V_N_PLUS**2) / (2 * A_R)})
+
+
+def final_velocity(equation: sp.Eq) -> sp.Expr:
+    """Return v_n⁺ that solves the equation of a law; see `RestitutionLaw.final_velocity`."""
+    impulse = P_R1 + (V_N_PLUS - V_N_1) / A_R
+    stored = E_R1 - (V_N_PLUS**2 - V_N_1**2) / (2 * A_R)
+    return _solved(equation, {P_R: impulse, E_R: stored})
+
+
+def _solved(equation: sp.Eq, ray: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    difference = equation.lhs - equation.rhs
+    # Solved for a symbol of no sign, since SymPy drops roots whose sign it cannot decide.
+    unknown = sp.Symbol("v", real=True)
+    roots = sp.solve(difference.subs(dict(ray)).subs(V_N_PLUS, unknown), unknown)
+    return max(roots, key=lambda root: not root.could_extract_minus_sign())

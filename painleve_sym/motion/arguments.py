@@ -1,0 +1,110 @@
+"""Keyword arguments of runs, each named once: types for editors, and what is read from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
+from inspect import Parameter, signature
+from typing import Any, Required, TypedDict, TypeVar
+
+from numpy.typing import ArrayLike
+
+from painleve_sym.arrays import Array
+from painleve_sym.choices import RecordLike
+from painleve_sym.engines.protocol import RunSettings
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.materials import MaterialsLike
+from painleve_sym.units import Value
+
+
+class SharedArguments(TypedDict, total=False):
+    """Settings that runs and batches have; see `painleve_sym.simulate`."""
+
+    t_end: Required[float]
+    until: str | Sequence[str]
+    rtol: float
+    first_step: float
+    max_step: float
+    max_steps: int
+    max_events: int
+
+
+class RunArguments(SharedArguments, total=False):
+    """Keyword arguments of one run; see `painleve_sym.simulate`."""
+
+    parameters: Mapping[str, Value] | None
+    law_parameters: Mapping[str, Value] | None
+    material: MaterialsLike | None
+    initial_force: float | None
+    close: str | None
+    atol: Array | None
+    record: RecordLike
+
+
+class BatchOptions(SharedArguments, total=False):
+    """Keyword arguments of a batch besides its parameters; see `painleve_sym.simulate_batch`."""
+
+    law_parameters: Mapping[str, ArrayLike] | None
+    initial_force: ArrayLike | None
+    close: str | None
+    threads: int | None
+    events: int
+    maxima: Sequence[str]
+    minima: Sequence[str]
+    integrals: Sequence[str]
+
+
+class BatchArguments(BatchOptions, total=False):
+    """Keyword arguments of a batch; see `painleve_sym.simulate_batch`."""
+
+    parameters: Mapping[str, ArrayLike] | None
+
+
+_SETTINGS = frozenset(f.name for f in fields(RunSettings))
+_KNOWN = {kind: frozenset(kind.__annotations__) for kind in (RunArguments, BatchArguments)}
+_Kind = type[RunArguments] | type[BatchArguments]
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def separated(
+    where: str, kind: _Kind, given: Mapping[str, Any]
+) -> tuple[RunSettings, dict[str, Any]]:
+    """Return the checked settings among keyword arguments, and the other arguments.
+
+    Raises
+    ------
+    InputError
+        An unknown argument, no end time, a number out of range.
+    """
+    if not given.keys() <= _KNOWN[kind]:
+        unknown = next(name for name in given if name not in _KNOWN[kind])
+        raise InputError(f"{where}: {unknown_name('argument', unknown, sorted(_KNOWN[kind]))}")
+    if "t_end" not in given:
+        raise InputError(f"{where}: t_end: got none, need the end of the motion. Fix: t_end=0.1.")
+    settings, others = dict[str, Any](), dict[str, Any]()
+    for name, value in given.items():
+        (settings if name in _SETTINGS else others)[name] = value
+    return RunSettings.of(where, settings), others
+
+
+def spelled_out(kind: _Kind) -> Callable[[_F], _F]:
+    """Let the signature of a function name the keyword arguments of `kind`, as `help` shows it."""
+    usual = {f.name: f.default for f in fields(RunSettings)}
+    usual |= {"t_end": Parameter.empty, "events": 1}
+    usual |= dict.fromkeys(("maxima", "minima", "integrals"), ())
+
+    def decorate(function: _F) -> _F:
+        own, named = signature(function), list[Parameter]()
+        for parameter in own.parameters.values():
+            if parameter.kind is not Parameter.VAR_KEYWORD:
+                named.append(parameter)
+        for name, annotation in kind.__annotations__.items():
+            text = annotation.__forward_arg__.removeprefix("Required[")
+            text = text if text == annotation.__forward_arg__ else text.removesuffix("]")
+            given: Any = {"default": usual.get(name), "annotation": text}
+            named.append(Parameter(name, Parameter.KEYWORD_ONLY, **given))
+        described: Any = function
+        described.__signature__ = own.replace(parameters=named)
+        return function
+
+    return decorate

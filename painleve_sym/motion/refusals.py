@@ -1,0 +1,121 @@
+"""Starts that a simulator rejects, and ends that it explains."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NoReturn
+
+from painleve_sym.checks import number
+from painleve_sym.contacts.classify import held_faults
+from painleve_sym.contacts.delassus import Delassus
+from painleve_sym.contacts.inputs import inside
+from painleve_sym.engines.protocol import RawRun
+from painleve_sym.errors import InputError, StopReason
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.simulator import Simulator, Start
+
+_JAM = (
+    "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
+    "none possible; use one contact at a time, or a compliant law"
+)
+_GUIDE_MEETS = (
+    "the slip meets A = 0, where the force of the guide grows without bound and rigid theory ends; "
+    "end earlier, or start elsewhere"
+)
+
+
+def initial_force_fault(simulator: Simulator) -> str:
+    """Return why no initial force can be given, a sentence; empty where it can."""
+    if len(simulator.contact.rows) > 1:
+        return (
+            "initial_force: several contacts share no force. Fix: give the compression of each "
+            "by the state."
+        )
+    if not simulator.is_compliant(0):
+        return (
+            "initial_force: a rigid contact has no compression. Fix: leave it out, or give a "
+            "compliant law."
+        )
+    return ""
+
+
+def checked_force(simulator: Simulator, force: float) -> float:
+    """Return an initial force; InputError where none can be given, or it is not a number >= 0."""
+    if fault := initial_force_fault(simulator):
+        raise InputError(f"{simulator.where}: {fault}")
+    return number(force, "initial force", where=simulator.where, lower=0.0)
+
+
+def refuse_plastic(simulator: Simulator, values: Mapping[str, float]) -> None:
+    """Raise InputError where a compliant contact has e = 0, which has nothing to rest on."""
+    laws = (law for law in simulator.contact.own_laws if law.is_compliant)
+    for name in dict.fromkeys(p.name for law in laws for p in law.parameters):
+        if name.startswith("e_energetic") and values[name] == 0:
+            raise InputError(
+                f"{simulator.where}: {name}: got 0, where a contact that stays loaded has no "
+                "unloading curve to rest on, need a number > 0 for a run without an event that "
+                "ends it (`until`). Fix: take a rigid contact, whose e may be 0, or 0.05."
+            )
+
+
+def refuse(simulator: Simulator, start: Start) -> NoReturn:
+    """Raise InputError with the reason why a start is not admitted."""
+    where = simulator.where
+    for name, value in simulator.constants(start.place.parameters).items():
+        if not math.isfinite(value):
+            raise InputError(
+                f"{where}: {name} evaluates to {value!r}, need a finite number. "
+                "Fix: check the parameters it is made of (stiffness, curvatures)."
+            )
+    inside(start.place)
+    state = dict(zip(simulator.outline.state_names, start.state.tolist(), strict=True))
+    if start.force >= 0:
+        raise InputError(
+            f"{where}: initial_force: got a start with gap "
+            f"{state[simulator.contact.rows[0].gap]!r}, need 0. Fix: give the force or the "
+            "compression, not both."
+        )
+    for i in simulator.rigid:
+        _refuse_contact(simulator, i, state, start.place.values)
+    raise InputError(f"{where}: the contact law does not admit the start.")
+
+
+def _refuse_contact(
+    simulator: Simulator, i: int, state: Mapping[str, float], values: Mapping[str, float]
+) -> None:
+    """Raise InputError where a rigid contact is inside the ground, or a guide off its place."""
+    row, several = simulator.contact.rows[i], simulator.contact.several
+    gap, rate = state[row.gap], state[row.gap_rate]
+    contact = simulator.mechanism.outline.contacts[i]
+    name = f"contact {contact.name!r}"
+    if contact.bilateral:
+        at = Delassus.of(simulator.mechanism).at(values)
+        subject = f"the bilateral {name}" if several else "a bilateral contact"
+        within = (gap, at.gap_tolerance[i]), (rate, at.rate_tolerance[i])
+        for fault in held_faults(subject, *within):
+            raise InputError(f"{simulator.where}: {fault}")
+    elif gap < 0:
+        subject = f"{name} starts" if several else "the start is"
+        raise InputError(
+            f"{simulator.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
+            "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
+        )
+
+
+def end_detail(simulator: Simulator, raw: RawRun) -> str:
+    """Return what is particular to the end of a run; see `Trajectory.stop_detail`."""
+    if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
+        return ""
+    outline = simulator.mechanism.outline
+    if raw.stop_reason is StopReason.LEFT_DOMAIN:
+        mode = simulator.outline.modes[raw.mode]
+        bound = mode.transitions[raw.stop_transition].bound
+        return outline.domain[bound].meaning if bound is not None else ""
+    guide = all(c.bilateral for c in outline.contacts)
+    if guide and raw.stop_reason is StopReason.SINGULAR:
+        return _GUIDE_MEETS
+    if len(simulator.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:
+        return _JAM
+    return raw.stop_reason.advice

@@ -1,0 +1,246 @@
+"""When does a bar jam? The kernel beside SciPy and the package, the invariant, k* and the page."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from tests.study.study_scripts import study_script
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "examples" / "studies" / "rigid_rod"
+PAGE = (ROOT / "docs" / "rigid-rod.md").read_text("utf-8")
+DATA = json.loads((FOLDER / "landing.json").read_text("utf-8"))
+RUNS = json.loads((FOLDER / "rigid-rod.json").read_text("utf-8"))["runs"]
+
+study = study_script("rigid_rod/landing.py")
+theory = study.theory()
+
+STEEL = theory.Bar()
+HERTZ = study.hertz(STEEL)
+
+
+def motion(modes, theta, mu, t_end, approach=0.0, law=HERTZ):
+    """Return SciPy's motion of the modes on an elastic contact, without slip stops."""
+    (normal,), (along,), (push,) = modes.rows(theta, mu)
+    n = len(normal)
+
+    def depth(t, q):
+        return approach * t + study.G * t * t / 2 - normal @ q
+
+    def field(t, y):
+        force = law.K * max(depth(t, y[:n]), 0.0) ** law.n
+        return np.concatenate([y[n:], push * force / modes.mass - modes.rates**2 * y[:n]])
+
+    run = solve_ivp(
+        field, (0, t_end), np.zeros(2 * n), method="DOP853", rtol=1e-11, atol=1e-16,
+        dense_output=True, max_step=0.5 / max(modes.rates.max(), 1.0),
+    )  # fmt: skip
+    return run, depth, along, normal, push
+
+
+# ---- the kernel ----
+
+
+@pytest.mark.parametrize("counts", [(0, 0), (1, 0), (4, 2)])
+def test_stop_and_peak_are_those_of_another_integrator(counts):
+    modes = study.Modes(STEEL, *counts)
+    ends = study.slide(modes, HERTZ, 1.0, 1.4, 1.0, fineness=0.2)
+    (stop,), (peak,) = ends["stop"], ends["peak"]
+    run, depth, along, *_ = motion(modes, 1.0, 1.4, 1.01 * stop)
+    n = len(along)
+    exact = brentq(lambda t: along @ run.sol(t)[n:] - 1.0, 0.9 * stop, 1.01 * stop)
+    assert stop == pytest.approx(exact, rel=2e-5)
+    t = np.linspace(0, exact, 2001)
+    force = [HERTZ.K * max(depth(x, run.sol(x)[:n]), 0.0) ** 1.5 for x in t]
+    assert peak == pytest.approx(max(force), rel=2e-3)  # the kernel's is that of a whole step
+
+
+def test_stops_at_a_held_angle_are_those_of_the_package():
+    """The package lets the angle turn and follows every event."""
+    rows = {r["modes"]: r for r in DATA["convergence"]}
+    for name in ("8,2", "4,1"):
+        for run in RUNS["friction"]:
+            if run["model"] == name and run["mu"] in (0.9, 1.1, 1.4):
+                assert rows[name][f"stop {run['mu']}"] == pytest.approx(run["slip_stop"], rel=4e-3)
+
+
+def test_numbers_of_the_study_are_computed_again():
+    for row in DATA["convergence"][:4]:
+        modes = study.Modes(STEEL, *map(int, row["modes"].split(",")))
+        law = study.Contact(HERTZ.K, 1.5, 0.75)
+        stop = study.slide(modes, law, 1.0, 1.1, 1.0, window=0.03, bounces=True)["stop"]
+        assert stop[0] == pytest.approx(row["stop 1.1"], rel=1e-7)
+        assert float(study.landing(modes, HERTZ, 1.4, 1.0)) == row["landing 1.4"]
+
+
+# ---- (a): the invariant ----
+
+
+@pytest.mark.parametrize("mu", [0.3, 0.5, 0.62])
+def test_invariant_keeps_its_value_through_lift_offs(mu):
+    theta, approach, modes = 1.0, 0.1, study.Modes(STEEL, 8, 2)
+    run, depth, _, normal, push = motion(modes, theta, mu, 0.02, approach)
+    D, m, rigid = push / normal, modes.mass, modes.rates == 0
+    assert (D > 0).all()
+    force = study.G * m / (normal * push)[rigid].sum()
+    resting = (force / HERTZ.K) ** (1 / HERTZ.n)
+    offset = np.where(rigid, 0.0, push * force / m / np.where(rigid, 1.0, modes.rates) ** 2)
+    t = np.linspace(0, 0.02, 4001)
+    y = run.sol(t)
+    n = len(normal)
+    lifted = 0
+    values = []
+    for time, q, p in zip(t, y[:n].T, y[n:].T, strict=True):
+        d = depth(time, q)
+        lifted += d < 0
+        # Rigid motions of uniform sliding accelerate under the resting force.
+        at = offset + np.where(rigid, push * force / m * time**2 / 2, 0.0)
+        pace = np.where(rigid, push * force / m * time, 0.0)
+        # They take the approach, too: here all of it across the bar.
+        pace[0] += approach / normal[0]
+        eta, rate = q - at, p - pace
+        stored = HERTZ.K * (max(d, 0.0) ** 2.5 - resting**2.5) / 2.5
+        energies = m / (2 * D) * (rate**2 + (modes.rates * eta) ** 2)
+        values.append(float(energies.sum()) + stored - force * (d - resting))
+    assert lifted > 100
+    assert min(values) >= 0
+    assert max(values) == pytest.approx(min(values), rel=1e-8)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.6, 1.4), st.floats(0.1, 0.98), st.floats(100, 1e6))
+def test_fast_slip_never_stops_below_cot_theta(theta, part, speed):
+    modes = study.Modes(STEEL, 4, 2)
+    ends = study.slide(modes, HERTZ, theta, part / math.tan(theta), speed, bounces=True)
+    assert np.isnan(ends["stop"]).all()
+
+
+# ---- k* ----
+
+
+def test_angle_cancels_where_the_bar_and_the_rigid_rod_part():
+    """The two conditions of the page are one, for all numbers."""
+    k, b, a, theta = sp.symbols("k G_b G_a theta", positive=True)
+    c, s = sp.cos(theta), sp.sin(theta)
+    condition = (4 * c**2 + s**2) * (b - a) - 3 * (1 / k + c**2 * b + s**2 * a)
+    assert sp.simplify(condition - (b - 4 * a - 3 / k)) == 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(3.2, 1000))
+def test_give_of_the_end_falls_with_the_rate_where_it_is_positive(slender):
+    """Rigid parts cancel, so that sums over modes have no rounding of theirs."""
+    bar = theory.round_bar(slender)
+    across, along = (w[:, None] ** 2 for w in bar.frequencies(200, 200))
+    square = np.geomspace(1.0, 1e7, 1000) ** 2
+    give = (4 / (square + across)).sum(axis=0) - (8 / (square + along)).sum(axis=0)
+    slope = (8 / (square + along) ** 2).sum(axis=0) - (4 / (square + across) ** 2).sum(axis=0)
+    assert (slope[give > 0] < 0).all()
+    assert give[0] / bar.mass == pytest.approx(3 / theory.rigid_up_to(bar), rel=0.03) or slender < 6
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(12, 300), st.floats(0.3, 1.5), st.floats(0.2, 1.5), st.floats(0.1, 10))
+def test_stiffness_that_parts_bar_and_rigid_rod_is_one_for_all_angles(slender, one, two, factor):
+    bar = theory.round_bar(slender)
+    k, form, rigid = (
+        factor * theory.rigid_up_to(bar),
+        theory.euler_bernoulli(bar),
+        theory.rigid(bar),
+    )
+    if abs(factor - 1) < 0.02:
+        return
+    lower = [theory.threshold(form, x, k)[0] < theory.threshold(rigid, x)[0] * (1 - 1e-6)
+             for x in (one, two)]  # fmt: skip
+    assert lower == [factor > 1] * 2
+
+
+# ---- thresholds ----
+
+
+def test_four_thresholds_are_in_order_at_every_angle():
+    for row in DATA["angles"]:
+        assert row["cot"] < row["coupling"] < row["landing 48,24"] < row["divergence"]
+        assert row["divergence"] < row["divergence at 9.8 N"] < row["rigid rod"]
+        assert row["landing 48,24"] < row["landing of the rigid rod"]
+
+
+def test_landing_never_falls_as_the_speed_rises():
+    theta = np.array([1.0, 1.3])
+    modes = study.Modes(STEEL, 4, 2)
+    rows = [study.landing(modes, HERTZ, theta, v) for v in (0.01, 0.3, 1.0, 30.0, 1e3)]
+    assert (np.diff(rows, axis=0) >= 0).all()
+    for angle in {r["theta"] for r in DATA["speeds"]}:
+        own = [r["landing"] for r in DATA["speeds"] if r["theta"] == angle]
+        assert own == sorted(own)
+
+
+def test_fast_slip_on_a_stiff_contact_tends_to_the_divergence_on_a_rigid_one():
+    by_case = {(r["modes"], r["factor"]): r for r in DATA["fast"]}
+    off = {case: r["landing"][-1] / r["divergence"] - 1 for case, r in by_case.items()}
+    assert off["24,12", 0.01] > 0.03 > off["24,12", 1.0] > 5e-4
+    assert -2e-3 < off["24,12", 100.0] < 0
+
+
+def test_landing_is_converged_as_the_page_says():
+    last = DATA["convergence"][-1]
+    assert last["modes"] == "80,40"
+    by_modes = {r["modes"]: r for r in DATA["convergence"]}
+    for theta in (1.0, 1.4):
+        assert abs(by_modes["24,12"][f"landing {theta}"] - last[f"landing {theta}"]) < 3e-4
+    late = [by_modes["8,2"][f"stop {mu}"] / last[f"stop {mu}"] for mu in (0.9, 1.1, 1.4)]
+    assert f"{100 * min(late) - 100:.0f} to {100 * max(late) - 100:.0f} % later" in PAGE
+    fine = [by_modes["48,24"][f"stop {mu}"] / last[f"stop {mu}"] - 1 for mu in (0.9, 1.1, 1.4)]
+    assert all(0 < x < 0.03 for x in fine)
+
+
+# ---- a rigid contact ----
+
+
+def test_thresholds_of_truncated_bars_on_the_page_are_those_of_their_mobilities():
+    printed = {"1,0": 0, "4,0": 0, "8,0": 0, "20,0": 0, "8,2": 0, "20,20": 0}
+    for name in printed:
+        N, M = map(int, name.split(","))
+        across, along = 4 + 4 * N, 1 + 2 * M
+        printed[name] = 2 * math.sqrt(across * along) / (across - along)
+        # The least of (W_b cos² + W_a sin²)/((W_b - W_a) sin cos) over a grid of angles.
+        angle = np.linspace(0.01, 1.56, 20001)
+        s, c = np.sin(angle), np.cos(angle)
+        direct = ((across * c**2 + along * s**2) / ((across - along) * s * c)).min()
+        assert direct == pytest.approx(printed[name], rel=1e-6)
+    assert f"| least μ | {' | '.join(f'{v:.4f}' for v in printed.values())} | none |" in PAGE
+
+
+def test_page_prints_the_tables_and_numbers_of_the_study():
+    for text in study.tables(DATA):
+        assert text in PAGE, text.splitlines()[0]
+    row = next(r for r in DATA["angles"] if r["theta"] == 1.0)
+    opening = " ".join(PAGE.split("## Assumptions")[0].split())
+    assert f"jams from μ = {row['landing 48,24']:.3f}" in opening
+    assert f"needs {row['landing of the rigid rod']:.3f} by the same test" in opening
+    least = min(theory.threshold(theory.euler_bernoulli(STEEL), x)[0]
+                for x in np.linspace(1.38, 1.41, 31))  # fmt: skip
+    assert f"least at {least:.3f}, instead of 4/3" in opening
+    papers = ", ".join(f"{r['landing']:.4f}" for r in DATA["paper"])
+    assert papers in PAGE
+
+
+def test_first_yield_is_that_of_the_page():
+    aluminium = theory.Bar(modulus=70e9, poisson=0.33)
+    force = study.first_yield(aluminium, 0.003, 276e6)
+    assert f"{force:.1f} N for a hemisphere of aluminium" in PAGE
+    # Hertz's largest pressure then is 1.6 yield strengths: p_0 = (6 F E*²/(π³ R²))^(1/3).
+    effective = 70e9 / (2 * (1 - 0.33**2))
+    assert (6 * force * effective**2 / (math.pi**3 * 0.003**2)) ** (1 / 3) == pytest.approx(
+        1.6 * 276e6, rel=1e-12
+    )
