@@ -20,7 +20,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references figures bench numerics docs docs-check setup-browser explorer-modules clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references paper figures bench numerics docs docs-check setup-browser explorer-modules clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -84,6 +84,12 @@ derivations: $(VENV)/.installed ## run every derivation; each asserts that it ag
 
 references: $(VENV)/.installed ## write the package's data of the literature from docs/references.bib
 	$(BIN)/python tools/references.py
+
+# Pandoc makes other formats of them where it is installed: pandoc --citeproc paper/NAME.md -o NAME.pdf
+paper: $(VENV)/.installed ## write tables and figures of the manuscripts in paper/ from the kept studies
+	$(BIN)/python -m tests.benchmarks.contact_solvers_page
+	$(BIN)/python -m tests.benchmarks.elastic_bar_page
+	$(BIN)/python tools/figures.py contact-solvers elastic-bar
 
 figures: $(VENV)/.installed ## draw every figure of the pages and of the gallery again
 	$(BIN)/python tools/figures.py

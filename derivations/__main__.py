@@ -21,6 +21,7 @@ NAMES = (
     "critical_force",
     "reverse_chatter",
     "corrected_jump",
+    "cone_dual_step",
 )
 """In the order in which they build on each other."""
 DERIVATIONS: tuple[Callable[[], Derivation], ...] = tuple(

@@ -146,7 +146,7 @@ SOURCES = [
     for path in sorted((ROOT / folder).rglob(f"*.{suffix}"))
     if path != Path(__file__)
 ]
-PAPER = ROOT / "paper" / "paper.md"
+MANUSCRIPTS = sorted((ROOT / "paper").glob("*.md"))
 LINK = re.compile(r"\[([^\]]+)\]\(([^)\s]*references\.md)#([^)\s]*)\)")
 # A family name with a year behind it, and what belongs to a journal rather than to a text.
 AUTHORS_AND_YEAR = re.compile(
@@ -211,7 +211,7 @@ def test_no_work_is_cited_outside_the_bibliography():
 
 def test_every_entry_is_cited():
     cited = {key for path in [*PAGES, *SOURCES] for key in _cited(path)}
-    cited |= set(re.findall(r"@(\w+)", PAPER.read_text("utf-8"))) if PAPER.exists() else set()
+    cited |= {key for path in MANUSCRIPTS for key in re.findall(r"@(\w+)", path.read_text("utf-8"))}
     assert sorted(set(WORKS) - cited) == []
 
 

@@ -62,6 +62,7 @@ def _of_pages(*names: str) -> tuple[Path, ...]:
 
 SCRIPTS = (
     Script("bench_rod/bench_rod.py", "--draw --out {}", _beside("bench_rod", "bench-rod")),
+    Script("elastic_bar/elastic_bar.py", "--draw --out {}", _beside("elastic_bar", "elastic-bar")),
     Script("rigid_rod/rigid_rod.py", "--draw --out {}", _beside("rigid_rod", "rigid-rod")),
     Script(
         "rigid_rod/landing.py",
@@ -101,7 +102,8 @@ def recipes() -> Iterator[tuple[tuple[Path, ...], Callable[[Path], None]]]:
     for script in SCRIPTS:
         yield script.figures, partial(run_script, script)
     yield tuple(FIGURES / name for name in NUMERICS), partial(run_page, "numerics_page")
-    yield (FIGURES / "peers.png",), partial(run_page, "peers_page")
+    for name in ("peers", "contact-solvers"):
+        yield (FIGURES / f"{name}.png",), partial(run_page, f"{name.replace('-', '_')}_page")
 
 
 def films() -> Iterator[tuple[str, str]]:

@@ -48,6 +48,8 @@ def test_a_yielding_guide_stops_the_slip_in_the_time_of_the_page():
     assert _row("λ t − ln λ") == pytest.approx(excess, abs=5e-3)
     limit = math.log(2 * abs(A / (B * C)))
     assert limit == pytest.approx(-4.891, abs=6e-4)
+    own["b"] = 0.05
+    assert math.log(2 * abs(A / (number(c.B) * C))) == pytest.approx(-4.848, abs=6e-4)
     assert excess[-1] == pytest.approx(limit, abs=3e-3)
     # Times like the square root of the compliance alone would not grow in t √K.
     assert np.all(np.diff(times * np.sqrt(stiffnesses)) > 2)

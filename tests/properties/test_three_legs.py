@@ -18,7 +18,7 @@ OPEN = {
     (("hertz", "rigid", "linear"), "compiled"),
     (("linear", "rigid", "hertz"), "compiled"),
 }
-"""Four of their 180 motions end in `event_limit` or `accumulation`, on level feet: not mended."""
+"""Four of their 180 motions end in `event_limit` or `accumulation`, on level feet."""
 EVERY = [
     pytest.param(*case, marks=[pytest.mark.xfail(reason="level feet")] if case in OPEN else [])
     for case in itertools.product(LAWS, ENGINES)

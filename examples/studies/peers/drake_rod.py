@@ -18,8 +18,8 @@ from rod import MU, G, J, L, M, report
 RADIUS = 1e-3
 
 
-def maker(approximation, stiffness):
-    """Return a function that makes the plant with a contact approximation and a point stiffness."""
+def maker(approximation, stiffness, mu=MU):
+    """Return a function that makes the plant with an approximation, a stiffness and friction."""
 
     def make(h, q, u):
         builder = DiagramBuilder()
@@ -33,7 +33,7 @@ def maker(approximation, stiffness):
         )
         props = ProximityProperties()
         AddContactMaterial(
-            dissipation=0.0, point_stiffness=stiffness, friction=CoulombFriction(MU, MU),
+            dissipation=0.0, point_stiffness=stiffness, friction=CoulombFriction(mu, mu),
             properties=props,
         )  # fmt: skip
         if approximation == DiscreteContactApproximation.kSap:
