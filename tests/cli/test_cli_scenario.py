@@ -25,7 +25,7 @@ mu = 1.4
 [law]
 name = "bilinear-hertz"
 reload = "virgin"
-parameters = { E = 20.9e14, e_energetic = 0.75 }
+parameters = { E = 20.9e14, n = 1.764, e_energetic = 0.75 }
 """
 OPTIONS = ("rod", "--state", TABLE_3, "--set", "mu=1.4")
 

@@ -12,7 +12,7 @@ _PER_MODULUS = 4 / 3 / (2 * (1 - 0.3**2)) * np.sqrt(0.00645)
 LAWS = {
     "hertz": ("hertz", {"E": 2e7}, Law(2e7 * _PER_MODULUS, 1.5)),
     "linear": ("linear", {"k": 1e5, "c": 40.0}, Law(1e5, 1.0, 40.0)),
-    "bilinear": ("bilinear-hertz", {"E": 3e7}, Law(3e7 * _PER_MODULUS, 1.764, 0.0, 0.75)),
+    "bilinear": ("bilinear-hertz", {"E": 3e7}, Law(3e7 * _PER_MODULUS, 1.5, 0.0, 0.75)),
 }
 STARTS = {
     "level drop on the slope": ({"y_A": 1e-3, "x_A_dot": -0.05}, 0.1, {}),

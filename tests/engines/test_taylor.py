@@ -479,7 +479,7 @@ def test_operations_of_generated_series_have_not_grown():
 
 def rod_run(engine, case):
     name, reload, state, more = CASES[case]
-    chosen = law(name, reload=reload) if reload else law(name)
+    chosen = paper_law(reload=reload) if reload else law(name)
     return Simulator(rod(), chosen, engine).run(state, **more)
 
 

@@ -18,6 +18,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import with_fields
 from painleve_sym.mechanics.models import MODELS
 from tests.languages import HOSTILE, html_faults
+from tests.support.paper_law import paper_law
 
 START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 STIFF = {"E": 20.9e14}
@@ -25,7 +26,7 @@ STIFF = {"E": 20.9e14}
 
 @pytest.fixture(scope="module")
 def impact():
-    return ps.simulate("rod", "bilinear-hertz", START, t_end=1e-3, law_parameters=STIFF)
+    return ps.simulate("rod", paper_law(), START, t_end=1e-3, law_parameters=STIFF)
 
 
 @pytest.fixture(scope="module")

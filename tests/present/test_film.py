@@ -13,6 +13,7 @@ from painleve_sym import Trajectory, model, simulate
 from painleve_sym.present.film import SLIP, FilmPicture, moments
 from painleve_sym.present.scene import SHARES, SHORTEST, Scene, film_times
 from painleve_sym.present.style import CONTACTS, NORMAL, STYLE, TANGENTIAL
+from tests.support.paper_law import paper_law
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +90,7 @@ def picture(run, duration=1.0, **options):
 
 @pytest.fixture(scope="module")
 def slow():
-    run = simulate("rod", "bilinear-hertz", {"theta": 1.0, "x_A_dot": -1.0}, t_end=0.01)
+    run = simulate("rod", paper_law(), {"theta": 1.0, "x_A_dot": -1.0}, t_end=0.01)
     return picture(run)
 
 

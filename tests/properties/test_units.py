@@ -24,9 +24,10 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
-from painleve_sym.motion.law_numbers import compression_of_force
+from painleve_sym.motion.law_numbers import compression_of_force, loading_curve
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.time_stepping.stepping import TimeStepper
+from tests.support.paper_law import paper_law
 
 DECADES = st.floats(-6.0, 6.0)
 FACTORS = st.tuples(DECADES, DECADES, DECADES).map(lambda d: tuple(10.0**x for x in d))
@@ -472,11 +473,13 @@ def test_jump_at_finite_stiffness_is_the_same_in_any_units(configuration, factor
 def test_without_its_reference_length_the_law_of_the_paper_depends_on_the_unit_of_length():
     """The same E, R and δ in mm with l_0 = 1: the force is 10^(3n − 4.5) times as large."""
     millimetre = (1e3, 1.0, 1.0)
-    simulator = Simulator(model("rod"), law("bilinear-hertz"))
+    simulator = Simulator(model("rod"), paper_law())
     values = simulator.parameters()
     scaled = _scaled(values, _declared_units(simulator), millimetre)
     depth = compression_of_force(simulator, 1.0, values)
-    stiffness, exponent = simulator._curve(scaled | {"l_0": 1.0})
+    constants = simulator.constants(scaled | {"l_0": 1.0})
+    numbers = {s: np.array([v]) for s, v in constants.items()}
+    stiffness, exponent = (float(v[0]) for v in loading_curve(simulator, numbers))
     newton = factor("N", millimetre)
     force = stiffness * (depth * 1e3) ** exponent / newton
     assert force == pytest.approx(10 ** (3 * 1.764 - 4.5), rel=1e-12)

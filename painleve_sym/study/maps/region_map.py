@@ -441,7 +441,7 @@ def _zeros_of_pair(
     }
     crossings, shared = common_zeros(system, x, y, A, B)
     if margins := [b.margin for b in mechanism.domain]:
-        inside = Pointwise(margins, place.all_symbols, engine=engine)(place.at(*crossings.T)) > 0
+        inside = Pointwise(margins, place.all_symbols, engine="casadi")(place.at(*crossings.T)) > 0
         crossings = crossings[inside.all(axis=0)]
     return curves, crossings, shared
 
