@@ -1,4 +1,4 @@
-"""The page's modules under Node: their own tests, and numbers equal to the package's to 1e-12."""
+"""The page's modules under Node: their own tests, and numbers equal to the package's to 1e-11."""
 
 from __future__ import annotations
 
