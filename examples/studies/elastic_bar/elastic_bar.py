@@ -284,6 +284,7 @@ def main() -> None:
     parser.add_argument("--draw", action="store_true", help="draw the kept numbers")
     parser.add_argument("--out", type=Path, default=HERE, help="folder")
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     if options.draw:
         data = json.loads((HERE / "elastic-bar.json").read_text("utf-8"))
     else:
