@@ -127,3 +127,11 @@ def test_bad_input_is_one_sentence(capsys, options, words):
 def test_state_must_be_outside_the_ground(capsys):
     code, _, err = run(capsys, "contrast", "rod", "--state", f"{TABLE_3},y_A=-1e-6")
     assert code == 2 and "inside the ground" in err
+
+
+def test_no_restitution_compares_with_the_plastic_jump(capsys):
+    """Compliant contacts give nothing back: their motions end with the compression."""
+    data = run_json(capsys, "contrast", "rod", "--restitution", "0")
+    assert data["restitution"] == 0
+    assert {row["stop_reason"] for row in data["softened"]} == {"accumulation"}
+    assert all(abs(row["velocity"]["y_A_dot"]) < 1e-6 for row in data["softened"])

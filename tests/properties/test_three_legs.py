@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import pytest
 
 from painleve_sym.errors import StopReason
@@ -14,15 +12,17 @@ OTHER_UNITS = (1e-3, 39.37, 7.0)
 CLOSED = 1e-8
 RIGID = ("rigid",) * 3
 OPEN = {
-    (("rigid", "bilinear-hertz", "rigid"), "taylor"),
-    (("hertz", "rigid", "linear"), "compiled"),
-    (("linear", "rigid", "hertz"), "compiled"),
+    (("rigid", "bilinear-hertz", "rigid"), "taylor"): 2,
+    (("hertz", "rigid", "linear"), "compiled"): 2,
+    (("linear", "rigid", "hertz"), "compiled"): 2,
 }
-"""Four of their 180 motions end in `event_limit` or `accumulation`, on level feet."""
-EVERY = [
-    pytest.param(*case, marks=[pytest.mark.xfail(reason="level feet")] if case in OPEN else [])
-    for case in itertools.product(LAWS, ENGINES)
-]
+"""Motions of 60 that may end in `event_limit` or `accumulation`, on level feet: see limits.md."""
+
+
+@pytest.fixture(autouse=True)
+def quick_compilation(monkeypatch):
+    """Libraries of many cases, each for a few motions: also the slow tests compile them quickly."""
+    monkeypatch.setenv("PAINLEVE_OPTIMIZE", "0")
 
 
 def stopped(laws, engine, count, seed=1):
@@ -60,12 +60,12 @@ def test_a_foot_that_touches_with_the_others_at_rest_has_no_impact():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("laws", "engine"), EVERY, ids=lambda x: "-".join([x] if x in ENGINES else x)
-)
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("laws", LAWS, ids="-".join)
 def test_drops_on_legs_of_every_kind_end_at_the_end_time(laws, engine):
     """60 motions of each: 2 040 in all."""
-    assert stopped(laws, engine, 20) == []
+    ends = stopped(laws, engine, 20)
+    assert len(ends) <= OPEN.get((laws, engine), 0), ends
 
 
 @pytest.mark.slow

@@ -209,9 +209,11 @@ class Case:
         chosen = compliant_law("bilinear-hertz", reload="virgin")
         simulator = Simulator(self.mechanism, chosen, self.engine)
         answers = []
+        # With e = 0 nothing is given back: the impact ends with its compression.
+        until = () if self.e else "max_compression"
         for value in stiffness:
             given = {**self.place.parameters, "E": value, "e_energetic": self.e}
-            run = simulator.run(self.place.state, parameters=given, t_end=self.t_end)
+            run = simulator.run(self.place.state, parameters=given, t_end=self.t_end, until=until)
             answers.append(self._answer("softened", chosen.name, value, run))
         constants = simulator.constants(simulator.parameters(given))
         return answers, float(numbers([chosen.exponent], constants)[0])
