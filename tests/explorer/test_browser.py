@@ -127,7 +127,7 @@ def test_page_opens_from_disk_without_a_request_and_has_the_numbers_of_the_comma
 ):
     page = opened(hash_=TABLE_3)
     assert page.requests == [page.url.partition("#")[0]]
-    assert pages("rod").stat().st_size < 700_000
+    assert pages("rod").stat().st_size < 650_000
     run = run_json(capsys, "simulate", "rod", *STATE_3, *LAW_3)
     compliant = rows(page, 1)
     assert len(compliant) == len(run["events"]) + 1
@@ -456,7 +456,7 @@ def test_a_contact_that_opened_can_be_closed_again(opened):
 @pytest.mark.parametrize("name", ["block-two-feet", "painleve-klein", "strut"])
 def test_other_mechanisms_have_pages_too(opened, pages, name):
     page = opened(name, "play-at=0.5")
-    assert pages(name).stat().st_size < 700_000
+    assert pages(name).stat().st_size < 650_000
     assert page.locator("[data-case]").inner_text()
     assert page.locator(".scene .body, .scene .dot").count() >= 1
     assert page.locator(".fault p, p.fault").count() == 0

@@ -23,7 +23,7 @@ from painleve_sym.motion.energy_balance import balance_closes, balance_notice
 from tests.cli.cli_helpers import run, run_json
 from tests.support.exports import SLEDGE
 
-MAX_PAGE = 450_000
+MAX_PAGE = 650_000
 
 
 def data_of(text):

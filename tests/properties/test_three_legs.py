@@ -12,6 +12,8 @@ OTHER_UNITS = (1e-3, 39.37, 7.0)
 CLOSED = 1e-8
 RIGID = ("rigid",) * 3
 OPEN = {
+    (("rigid", "rigid", "linear"), "taylor"): 2,
+    (("rigid", "rigid", "linear"), "compiled"): 2,
     (("rigid", "bilinear-hertz", "rigid"), "taylor"): 2,
     (("hertz", "rigid", "linear"), "compiled"): 2,
     (("linear", "rigid", "hertz"), "compiled"): 2,
