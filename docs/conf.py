@@ -74,7 +74,8 @@ bibtex_cite_id = "{key}"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-autodoc_preserve_defaults = True
+# Not preserved: signatures of runs have the arguments of a typed dictionary, which their source does not name.
+autodoc_preserve_defaults = False
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 # reference/api/Trajectory.html is easier to find than reference/api/painleve_sym.Trajectory.html.
