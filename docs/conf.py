@@ -74,7 +74,7 @@ bibtex_cite_id = "{key}"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-# Not preserved: signatures of runs have the arguments of a typed dictionary, which their source does not name.
+# Not preserved: signatures of runs have arguments that the source does not name one by one.
 autodoc_preserve_defaults = False
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
