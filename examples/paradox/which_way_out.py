@@ -13,7 +13,7 @@ simulator = ps.Simulator(rod, ps.law("bilinear-hertz"))
 state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 figure = Figure(figsize=(5, 3), layout="constrained")
 axes = figure.subplots()
-axes.set(xlabel="time [ms]", ylabel="normal force [N]", xlim=(0, 3), ylim=(0, 1000))
+axes.set(xlabel="time (ms)", ylabel="normal force (N)", xlim=(0, 3), ylim=(0, 1000))
 for force in (0.0, 150.0, 300.0, 306.1, 306.3, 350.0, 384.5, 500.0):
     run = simulator.run(state, t_end=5e-3, parameters={"E": 209e9}, initial_force=force)
     outcome = "impact" if run.events_of("slip_stop") else "lifts off"
