@@ -18,6 +18,14 @@ from painleve_sym.papers.impact_resolution import items
 from painleve_sym.papers.registry import reproduce
 
 
+@pytest.fixture(autouse=True)
+def interrupts():
+    """Ctrl-C interrupts, also where a shell runs the tests in the background and ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def test_interrupt_that_an_item_swallows_ends_the_reproduction(monkeypatch):
     """CasADi's solvers return, or raise an ordinary error, where Ctrl-C is pressed within them."""
     computed = []
