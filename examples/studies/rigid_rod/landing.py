@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 import painleve_sym as ps
 from painleve_sym.mechanics.materials import materials
@@ -426,10 +427,10 @@ def map_figure(data: dict[str, Any]) -> Figure:
         left, right = drawn.subplots(1, 2)
         steel = np.array(m["landing"]["steel"])
         if min(steel.shape) > 1:
-            levels = np.arange(0.2, 1.61, 0.1)
+            levels = np.arange(0.2, 1.01, 0.1)
             curves = left.contour(m["angle"], m["slenderness"], steel, levels)
             left.clabel(curves, fontsize="small")
-            left.set_yscale("log")
+            left.set(yscale="log", yticks=[20, 50, 100, 200, 500])
             left.set_yticks(m["slenderness"], [f"{x:g}" for x in m["slenderness"]])
             left.minorticks_off()
         left.set(xlabel=r"$\theta$ (rad)", ylabel="length over diameter")
@@ -443,6 +444,10 @@ def map_figure(data: dict[str, Any]) -> Figure:
         right.set_xticks(m["slenderness"], [f"{x:g}" for x in m["slenderness"]])
         right.minorticks_off()
         right.set_title("(ii) least of all angles at 1 m/s")
+        right.set_xticks([20, 50, 100, 200, 500])
+        for axis in (left.yaxis, right.xaxis):
+            axis.set_major_formatter(ScalarFormatter())
+            axis.set_minor_formatter(NullFormatter())
         right.legend(loc="upper right")
     return drawn
 
