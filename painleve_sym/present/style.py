@@ -255,6 +255,23 @@ class Look:
                 axes.set_title("", loc="right")
 
 
+def lay_out(figure: Figure) -> None:
+    """Place the panels of a finished figure once, so that equal figures give equal files.
+
+    The solver of the layout adds up in an order that changes from process to process. Places are
+    therefore rounded, to a thousandth of a pixel, above what that changes.
+    """
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        # Drawing makes the active place from the original one and the aspect of the panel.
+        x, y, wide, high = axes.get_position(original=True).bounds
+        axes.set_position((round(x, 6), round(y, 6), round(wide, 6), round(high, 6)))
+
+
 def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> None:
     """Write a figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
 
@@ -269,6 +286,7 @@ def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> 
     chosen.apply(figure)
     options: dict[str, Any] = {"format": suffix[1:], "metadata": _METADATA[suffix]}
     with matplotlib.rc_context(STYLE):
+        lay_out(figure)
         write_beside(path, lambda file: figure.savefig(file, **options))
 
 
@@ -279,6 +297,7 @@ def svg_text(figure: Figure, label: str, title: str = "") -> str:
     """
     text = io.StringIO()
     with matplotlib.rc_context(STYLE):
+        lay_out(figure)
         figure.savefig(text, format="svg", metadata=_METADATA[".svg"])
     return inline_svg(text.getvalue(), label, title)
 
@@ -309,10 +328,9 @@ def save(figure: Figure, stem: Path, look: Look | None = None) -> tuple[Path, ..
         write_figure(figure, path)
     # The canvases draw once each, where savefig would draw twice.
     with matplotlib.rc_context(STYLE):
+        lay_out(figure)
         pixels: Any = FigureCanvasAgg(figure)
         write_beside(png, lambda file: pixels.print_png(file, metadata=_METADATA[".png"]))
-        # Laid out once: the second file has the same places.
-        figure.set_layout_engine("none")
         lines: Any = FigureCanvasSVG(figure)
         write_beside(svg, lambda file: lines.print_svg(file, metadata=_METADATA[".svg"]))
     return png, svg, *more
