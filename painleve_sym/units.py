@@ -59,7 +59,7 @@ def in_unit(text: str, unit: str, name: str) -> float:
 def in_si(given: Mapping[str, Any], units: Mapping[str, str], where: str) -> dict[str, Any]:
     """Return the values with texts read in the unit of their name; see `in_unit`.
 
-    Names without a unit are left to those who know them all.
+    Names without a unit are left to those which know them all.
 
     Examples
     --------
