@@ -431,9 +431,11 @@ def map_figure(data: dict[str, Any]) -> Figure:
             # Without the yellow end of the colours, which paper hides.
             colours = colormaps["viridis"](np.linspace(0, 0.8, len(levels)))
             curves = left.contour(m["angle"], m["slenderness"], steel, levels, colors=colours)
-            places = [max(lines, key=len) for lines in curves.allsegs if lines]
-            left.clabel(curves, fontsize="small", manual=[line[len(line) // 2] for line in places])
-            left.set(yscale="log", yticks=[20, 50, 100, 200, 500])
+            left.set(yscale="log")
+            longest = [max(lines, key=len) for lines in curves.allsegs if lines]
+            places = [line[len(line) // 2] for line in longest if len(line)]
+            left.clabel(curves, fontsize="small", manual=places)
+            left.set(yticks=[20, 50, 100, 200, 500])
             left.set_yticks(m["slenderness"], [f"{x:g}" for x in m["slenderness"]])
             left.minorticks_off()
         left.set(xlabel=r"$\theta$ (rad)", ylabel="length over diameter")
