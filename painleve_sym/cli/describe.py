@@ -22,6 +22,7 @@ from painleve_sym.mechanics.materials import PAIR_PROPERTIES, Material, Material
 from painleve_sym.mechanics.materials import materials as known_materials
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
+from painleve_sym.quantities import counted
 from painleve_sym.references import Reference, cited_works, reference
 
 if TYPE_CHECKING:
@@ -349,7 +350,7 @@ def _targets(transition: Transition) -> list[str]:
 
 
 def _show_automaton(automaton: HybridAutomaton) -> None:
-    show(f"{automaton.name}: {len(automaton.modes)} modes")
+    show(f"{automaton.name}: {counted(len(automaton.modes), 'mode')}")
     show(f"starts in {', '.join(dict.fromkeys(c.target for c in automaton.starts))}")
     show()
     rows = []

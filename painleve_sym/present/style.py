@@ -267,9 +267,9 @@ def lay_out(figure: Figure) -> None:
     engine.execute(figure)
     figure.set_layout_engine("none")
     for axes in figure.axes:
-        for which, original in (("original", True), ("active", False)):
-            x, y, wide, high = axes.get_position(original=original).bounds
-            axes.set_position((round(x, 6), round(y, 6), round(wide, 6), round(high, 6)), which)
+        # Drawing makes the active place from the original one and the aspect of the panel.
+        x, y, wide, high = axes.get_position(original=True).bounds
+        axes.set_position((round(x, 6), round(y, 6), round(wide, 6), round(high, 6)))
 
 
 def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> None:
