@@ -32,7 +32,6 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         ("new/convergence.csv", "new/critical-force-convergence.png"),
         r"expected -0\.8503",
     ),
-    "elastic_bar/elastic_bar.py": (("--draw", "--out", "{}/new"), ("new/elastic-bar.png",), ""),
     "fit_noisy_impacts.py": (("{}/new",), ("new/impacts.csv", "new/force.csv"), ""),
     "impact_energy.py": (
         ("40",),
