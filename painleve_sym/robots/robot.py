@@ -208,6 +208,11 @@ class RobotContact:
         if mu is not None:
             mu = number(mu, "mu", where="robot", lower=0.0)
         W = self.mobility()
+        if not np.isfinite(W).all():
+            raise InputError(
+                "robot: the mass matrix is singular at this pose: a joint turns links without "
+                "inertia about its axis. Fix: give the moving links an inertia."
+            )
         if not W[0, 0] > _SINGULAR * np.trace(W):
             raise InputError(
                 f"robot: contact {self.dynamics.contacts[0].frame!r} cannot move along the normal "
@@ -398,6 +403,11 @@ class Robot:
         for name in held_joints:
             if name not in tree.joints:
                 raise InputError(f"{where}: locked: {unknown_name('joint', name, tree.joints)}")
+        if mover := tree.massless(held_joints):
+            raise InputError(
+                f"{where}: {'the base' if mover == 'base' else f'joint {mover!r}'} moves links "
+                "without mass. Fix: give the moving links an inertial, or lock the joint."
+            )
         values, base = self._pose(joints, pose)
         points = tuple(ContactPoint(name, place, size) for name in names)
         dynamics = RobotDynamics(tree, points, frozenset(held_joints))
@@ -412,18 +422,7 @@ class Robot:
         along /= np.linalg.norm(along)
         at |= dict(zip(NORMAL, axis.tolist(), strict=True))
         at |= dict(zip(TANGENT, along.tolist(), strict=True))
-        contact = RobotContact(dynamics, at, others == "stuck" and len(names) > 1)
-        self._check_masses(contact)
-        return contact
-
-    def _check_masses(self, contact: RobotContact) -> None:
-        """Raise where something moves without inertia."""
-        W = contact.numbers().W
-        if not np.isfinite(W).all() or (np.diag(W) < 0).any():
-            raise InputError(
-                f"{self.where}: the mass matrix is singular: a joint moves links without mass or "
-                "inertia. Fix: give the moving links an inertial."
-            )
+        return RobotContact(dynamics, at, others == "stuck" and len(names) > 1)
 
     def _pose(
         self, joints: Mapping[str, float] | None, pose: str | None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
@@ -203,6 +203,19 @@ class RobotTree:
             into, R, p = places[frame.body]
             frames[name] = Frame(into, cleaned(R @ frame.rotation), R @ frame.position + p)
         return replace(self, bodies=tuple(bodies), frames=frames)
+
+    def massless(self, locked: Collection[str] = ()) -> str:
+        """Return a joint that moves no mass and has no rotor, or ``base``; empty where none is."""
+        carried = [body.mass for body in self.bodies]
+        for i in reversed(range(1, len(carried))):
+            carried[self.bodies[i].parent] += carried[i]
+        if self.floating and not carried[0] > 0:
+            return "base"
+        for body, mass in zip(self.bodies, carried, strict=True):
+            joint = body.joint
+            if joint and not (mass > 0 or joint.armature > 0 or joint.name in locked):
+                return joint.name
+        return ""
 
     def frame(self, name: str, where: str) -> Frame:
         """Return a frame by its name; InputError names the nearest one."""
