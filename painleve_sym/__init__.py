@@ -36,8 +36,12 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
     from painleve_sym.contacts.impact.one_contact import Impact as Impact
     from painleve_sym.contacts.impact.one_contact import ImpactEnd as ImpactEnd
+    from painleve_sym.contacts.impact.one_contact import (
+        invariant_directions as invariant_directions,
+    )
     from painleve_sym.contacts.impact.one_contact import solve_impact as solve_impact
     from painleve_sym.contacts.impact.path import ImpactPhase as ImpactPhase
+    from painleve_sym.contacts.impact.spatial import InvariantDirection as InvariantDirection
     from painleve_sym.contacts.impact.tangential import TangentialImpact as TangentialImpact
     from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
     from painleve_sym.contacts.local_mode import ContactMode as ContactMode
@@ -154,8 +158,9 @@ _NAMES = {
     "contacts.classify": ("Classification", "classify"),
     "contacts.friction_set": ("Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
-    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "solve_impact"),
+    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
     "contacts.impact.path": ("ImpactPhase",),
+    "contacts.impact.spatial": ("InvariantDirection",),
     "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
     "contacts.local_mode": ("ContactMode", "LocalMode"),
     "contacts.one_contact_answer": ("ContactAnswer", "Sector", "contact"),
