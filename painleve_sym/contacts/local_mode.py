@@ -58,8 +58,6 @@ class ContactMode(enum.Enum):
         In space: a_n = 0, F_t = -mu |F_n| e with e along v_t, or along a_t where v_t = 0.
     STICK
         a_n = 0, a_t = 0 with v_t = 0 and |F_t| <= mu |F_n|, the edge of the cone included.
-    SLIP
-        In space: a_n = 0, F_t = -mu F_n e along the direction e of v_t, or of a_t where v_t = 0.
 
     F_n > 0 except for LIFTOFF; a bilateral contact has either sign of F_n.
     """
@@ -69,7 +67,6 @@ class ContactMode(enum.Enum):
     SLIP_NEG = "slip_neg"
     SLIP = "slip"
     STICK = "stick"
-    SLIP = "slip"
 
 
 def slip_mode(direction: float) -> ContactMode:
