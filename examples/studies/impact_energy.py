@@ -34,6 +34,7 @@ from painleve_sym.present.style import (
 )
 
 LAWS = ("energetic", "poisson", "newton")
+NAMES = {"energetic": "energetic", "poisson": "Poisson", "newton": "Newton"}
 Rng = np.random.Generator
 Impact = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -149,7 +150,7 @@ def figure(results: dict[tuple[str, str], Tally]) -> Figure:
         for law, color, dashes in zip(LAWS, PALETTE, DASHES, strict=False):
             changes = 100 * np.sort(results[kind, law].gains)
             part = np.arange(1, len(changes) + 1) / len(changes) * 100
-            axes.step(changes, part, where="post", color=color, linestyle=dashes, label=law)
+            axes.step(changes, part, where="post", color=color, linestyle=dashes, label=NAMES[law])
         axes.axvline(0, color="black", linewidth=0.5, zorder=0)
         axes.set(xlim=(-102, 102), xlabel="energy gained (%)", title=f"({letter}) {kind}")
     panels[0].set_ylabel("impacts below (%)")

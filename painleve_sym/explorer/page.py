@@ -161,12 +161,15 @@ def explore(
     mechanism = as_mechanism(mechanism)
     laws = default_law(mechanism) if law is None else _one_or_by_contact(as_law(law))
     stored = stored_module(mechanism, laws)
+    notes: list[str] = []
     if stored is None:
         # What derives and compiles is not loaded for a stored module.
-        from painleve_sym.explorer.source import ModuleSource
+        from painleve_sym.explorer.source import ModuleSource, exact_start
 
         source = ModuleSource(mechanism, laws)
         description = source.description
+        if close is None and (state is None or dict(state) == dict(mechanism.start)):
+            state, notes = exact_start(mechanism)
     else:
         packed, description = stored
     initial = _initial(
@@ -184,6 +187,7 @@ def explore(
         "words": words(),
         "tolerances": {"rtol": DEFAULT_RTOL, "openFrom": open_from(DEFAULT_RTOL)},
         "docs": docs,
+        "notes": notes,
         "version": painleve_sym.__version__,
     }
     page = Page(

@@ -53,6 +53,10 @@ DASHES: tuple[Any, ...] = (
 )
 CONTACTS = (PALETTE[0], PALETTE[3], PALETTE[4], PALETTE[1], PALETTE[2])
 """Colours of several contacts; each has its dashes, too."""
+SLIP, EVENT = "#6B6B00", "#882255"
+"""Colours of a slip velocity and of an event in films; contacts and forces have others."""
+TICKS = (EVENT, "#E69F00", "#7F7F7F", "#56B4E9", SLIP)
+"""Colours of the ticks of events that are too many to be marked."""
 STEPS = [1, 2, 2.5, 4, 5, 10]
 """Distances of the numbers along an axis, of a power of ten."""
 REFERENCE = "#7F7F7F"

@@ -89,7 +89,7 @@ def convergence(folder, finder):
                 line("less 3 terms", moduli[stiff], rest[2][stiff]),
                 line("between both critical forces", moduli[stiff], gap[stiff]),
             ),
-            title="differences of them",
+            title="their differences",
         ),
     )
     save(draw(panels), folder / "critical-force-convergence")

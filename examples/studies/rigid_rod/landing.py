@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
@@ -495,9 +495,14 @@ def map_figure(data: dict[str, Any]) -> Figure:
         steel = np.array(m["landing"]["steel"])
         if min(steel.shape) > 1:
             levels = np.arange(0.2, 1.01, 0.1)
-            curves = left.contour(m["angle"], m["slenderness"], steel, levels)
-            left.clabel(curves, fontsize="small")
-            left.set(yscale="log", yticks=[20, 50, 100, 200, 500])
+            # Without the yellow end of the colours, which paper hides.
+            colours = colormaps["viridis"](np.linspace(0, 0.8, len(levels)))
+            curves = left.contour(m["angle"], m["slenderness"], steel, levels, colors=colours)
+            left.set(yscale="log")
+            longest = [max(lines, key=len) for lines in curves.allsegs if lines]
+            places = [line[len(line) // 2] for line in longest if len(line)]
+            left.clabel(curves, fontsize="small", manual=places)
+            left.set(yticks=[20, 50, 100, 200, 500])
             left.set_yticks(m["slenderness"], [f"{x:g}" for x in m["slenderness"]])
             left.minorticks_off()
         left.set(xlabel=r"$\theta$ (rad)", ylabel="length over diameter")
