@@ -44,6 +44,8 @@ POSES = 2000
 """Random poses by default."""
 _STARTS, _SHORT, _LONG = 12, 30, 300
 """Searches for the least, their iterations, and those of the best ones, which continue."""
+_SINGULAR_MASS = 1e-12
+"""Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
 _SINGULAR = 1e-9
 """Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
 
@@ -208,11 +210,7 @@ class RobotContact:
         if mu is not None:
             mu = number(mu, "mu", where="robot", lower=0.0)
         W = self.mobility()
-        if not np.isfinite(W).all():
-            raise InputError(
-                "robot: the mass matrix is singular at this pose: a joint turns links without "
-                "inertia about its axis. Fix: give the moving links an inertia."
-            )
+        self._check_mass()
         if not W[0, 0] > _SINGULAR * np.trace(W):
             raise InputError(
                 f"robot: contact {self.dynamics.contacts[0].frame!r} cannot move along the normal "
@@ -233,6 +231,29 @@ class RobotContact:
             least_over_normals=float(least_over_normals(W)),
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
         )
+
+    def _check_mass(self) -> None:
+        """Raise where the mass matrix is singular, to whose rounding W then belongs."""
+        names, arguments = self.dynamics.velocities, self.dynamics.outline.argument_names
+        places = [f"M_{i}_{k}" for i in range(len(names)) for k in range(len(names))]
+        function = quantities(
+            "mass matrix",
+            self.dynamics.definition,
+            arguments,
+            lambda: (places, self.dynamics.mass_function()),
+            compiles=False,
+        )
+        M = np.array(function.of_vector([self.values[n] for n in arguments]))
+        M = M.reshape(len(names), len(names))
+        scale = 1 / np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
+        values, vectors = np.linalg.eigh(M * np.outer(scale, scale))
+        if values[0] < _SINGULAR_MASS:
+            name = names[int(np.argmax(np.abs(vectors[:, 0])))]
+            raise InputError(
+                f"robot: the mass matrix is singular at this pose: {name!r} turns links without "
+                "inertia about its axis. Fix: give them an inertia, give joints a rotor inertia "
+                "(armature), or lock the joint."
+            )
 
     def _ranges(self) -> dict[str, tuple[float, float]]:
         """Return the limits of the joints that are varied: a turn for those that have none."""
