@@ -29,20 +29,31 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.chatter import Chatter as Chatter
     from painleve_sym.contacts.classify import Classification as Classification
     from painleve_sym.contacts.classify import classify as classify
+    from painleve_sym.contacts.friction_set import Disc as Disc
+    from painleve_sym.contacts.friction_set import Interval as Interval
     from painleve_sym.contacts.impact.jump import JumpPhase as JumpPhase
     from painleve_sym.contacts.impact.jump import JumpResult as JumpResult
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
     from painleve_sym.contacts.impact.one_contact import Impact as Impact
     from painleve_sym.contacts.impact.one_contact import ImpactEnd as ImpactEnd
+    from painleve_sym.contacts.impact.one_contact import (
+        invariant_directions as invariant_directions,
+    )
     from painleve_sym.contacts.impact.one_contact import solve_impact as solve_impact
     from painleve_sym.contacts.impact.path import ImpactPhase as ImpactPhase
+    from painleve_sym.contacts.impact.spatial import InvariantDirection as InvariantDirection
     from painleve_sym.contacts.impact.tangential import TangentialImpact as TangentialImpact
     from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
     from painleve_sym.contacts.local_mode import ContactMode as ContactMode
     from painleve_sym.contacts.local_mode import LocalMode as LocalMode
+    from painleve_sym.contacts.one_contact_answer import ContactAnswer as ContactAnswer
+    from painleve_sym.contacts.one_contact_answer import Sector as Sector
+    from painleve_sym.contacts.one_contact_answer import contact as contact
     from painleve_sym.contacts.problem import ContactCase as ContactCase
     from painleve_sym.contacts.problem import ContactProblem as ContactProblem
     from painleve_sym.contacts.problem import ContactSolution as ContactSolution
+    from painleve_sym.contacts.spatial_problem import SpatialProblem as SpatialProblem
+    from painleve_sym.contacts.spatial_problem import SpatialSolution as SpatialSolution
     from painleve_sym.errors import EventKind as EventKind
     from painleve_sym.errors import InputError as InputError
     from painleve_sym.errors import ModelError as ModelError
@@ -145,12 +156,16 @@ _NAMES = {
     "complementarity.uniqueness": ("Uniqueness",),
     "contacts.chatter": ("Chatter",),
     "contacts.classify": ("Classification", "classify"),
+    "contacts.friction_set": ("Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
-    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "solve_impact"),
+    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
     "contacts.impact.path": ("ImpactPhase",),
+    "contacts.impact.spatial": ("InvariantDirection",),
     "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
     "contacts.local_mode": ("ContactMode", "LocalMode"),
+    "contacts.one_contact_answer": ("ContactAnswer", "Sector", "contact"),
     "contacts.problem": ("ContactCase", "ContactProblem", "ContactSolution"),
+    "contacts.spatial_problem": ("SpatialProblem", "SpatialSolution"),
     "errors": (
         "EventKind",
         "InputError",
