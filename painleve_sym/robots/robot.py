@@ -169,23 +169,34 @@ class RobotContact:
         numbers = self._delassus.at_each(values) if joints else self._delassus.at(self.values)
         return self._of_first(numbers.W)
 
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of all that W depends on, in the order of `mobility_of`."""
+        return self.dynamics.outline.argument_names
+
+    def mobility_of(self, x: ca.SX) -> ca.SX:
+        """Return W as CasADi formulas of a vector of all `arguments`."""
+        import casadi as ca
+
+        entries = self._delassus.contact_quantities
+        of = dict(zip(entries.names, ca.vertsplit(entries.function(x)), strict=True))
+        rows = range(self.dynamics.rows.size)
+        W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
+        first, rest = list(range(3)), list(range(3, self.dynamics.rows.size))
+        if not self.stuck:
+            return W[first, first]
+        return W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
+
     @cached_property
     def _ratio(self) -> Quantities:
         """|w|²/W_nn² = 1/μ_P², and its derivatives by the joints that are not locked."""
-        dynamics, names = self.dynamics, tuple(self.joints)
-        arguments = dynamics.outline.argument_names
+        dynamics, names, arguments = self.dynamics, tuple(self.joints), self.arguments
 
         def derive() -> tuple[list[str], ca.Function]:
             import casadi as ca
 
             x = ca.SX.sym("x", len(arguments))
-            entries = self._delassus.contact_quantities
-            of = dict(zip(entries.names, ca.vertsplit(entries.function(x)), strict=True))
-            rows = range(dynamics.rows.size)
-            W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
-            first, rest = list(range(3)), list(range(3, dynamics.rows.size))
-            if self.stuck:
-                W = W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
+            W = self.mobility_of(x)
             ratio = (W[1, 0] ** 2 + W[2, 0] ** 2) / W[0, 0] ** 2
             slopes = ca.gradient(ratio, x)[[arguments.index(name) for name in names]]
             whole = ca.densify(ca.vertcat(ratio, slopes))
