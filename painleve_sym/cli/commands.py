@@ -563,6 +563,7 @@ command(
     text("--others", "WHAT", "other contacts: free (default), or stuck"),
     text("--poses", "N", "random poses, by default 2000", read_count),
     text("--report", "FILE", "write a page about it, .html"),
+    text("--export", "DIR", "write the function joint values to W, mu_P and sector as C"),
     text("--out", "FILE", "draw the distribution of mu_P over poses, as PNG, SVG or PDF"),
     *look(),
     JSON,
