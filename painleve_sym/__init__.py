@@ -39,8 +39,12 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
     from painleve_sym.contacts.impact.one_contact import Impact as Impact
     from painleve_sym.contacts.impact.one_contact import ImpactEnd as ImpactEnd
+    from painleve_sym.contacts.impact.one_contact import (
+        invariant_directions as invariant_directions,
+    )
     from painleve_sym.contacts.impact.one_contact import solve_impact as solve_impact
     from painleve_sym.contacts.impact.path import ImpactPhase as ImpactPhase
+    from painleve_sym.contacts.impact.spatial import InvariantDirection as InvariantDirection
     from painleve_sym.contacts.impact.tangential import TangentialImpact as TangentialImpact
     from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
     from painleve_sym.contacts.local_mode import ContactMode as ContactMode
@@ -120,6 +124,11 @@ if TYPE_CHECKING:
     from painleve_sym.progress import show_progress as show_progress
     from painleve_sym.references import Reference as Reference
     from painleve_sym.references import citation as citation
+    from painleve_sym.robots.robot import ContactRisk as ContactRisk
+    from painleve_sym.robots.robot import LeastRisk as LeastRisk
+    from painleve_sym.robots.robot import Robot as Robot
+    from painleve_sym.robots.robot import RobotContact as RobotContact
+    from painleve_sym.robots.robot import robot as robot
     from painleve_sym.study.compare.comparison import Comparison as Comparison
     from painleve_sym.study.compare.comparison import compare as compare
     from painleve_sym.study.critical.bisection import Border as Border
@@ -155,8 +164,9 @@ _NAMES = {
     "contacts.classify_in_space": ("SpatialClassification",),
     "contacts.friction_set": ("Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
-    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "solve_impact"),
+    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
     "contacts.impact.path": ("ImpactPhase",),
+    "contacts.impact.spatial": ("InvariantDirection",),
     "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
     "contacts.local_mode": ("ContactMode", "LocalMode"),
     "contacts.one_contact_answer": ("ContactAnswer", "Sector", "contact"),
@@ -207,6 +217,7 @@ _NAMES = {
     "papers.registry": ("Reproduction", "reproduce"),
     "progress": ("show_progress",),
     "references": ("Reference", "citation"),
+    "robots.robot": ("ContactRisk", "LeastRisk", "Robot", "RobotContact", "robot"),
     "study.compare.comparison": ("Comparison", "compare"),
     "study.critical.bisection": (
         "Border",

@@ -290,7 +290,7 @@ class Contact:
 
     @property
     def n_tangents(self) -> int:
-        """How many tangents it has: 1 in the plane, 2 in space."""
+        """Number of its tangents: 1 in the plane, 2 in space."""
         return len(self.slip_velocities)
 
     @cached_property

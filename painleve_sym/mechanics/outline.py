@@ -196,7 +196,7 @@ class MechanismOutline:
 
     @cached_property
     def rows(self) -> ContactRows:
-        """Where the rows of its contacts stand."""
+        """Places of the rows of its contacts."""
         return ContactRows(len(self.contacts), 1 + self.in_space)
 
     @property

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
 
+import mpmath
 import sympy as sp
 
 from painleve_sym.errors import ModelError
@@ -174,7 +175,8 @@ class SpatialBody:
         numbers = tensor.xreplace(defaults)
         if numbers.free_symbols:
             return
-        moments = sorted(float(sp.re(v)) for v in numbers.evalf(30).eigenvals(multiple=True))
+        principal = mpmath.eigsy(mpmath.matrix(numbers.evalf(30).tolist()), eigvals_only=True)
+        moments = sorted(map(float, principal))
         small = 1e-12 * max(abs(moments[0]), abs(moments[2]))
         shown = ", ".join(f"{v:.6g}" for v in moments)
         if moments[0] < -small:

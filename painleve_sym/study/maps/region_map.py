@@ -29,6 +29,7 @@ from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
 from painleve_sym.study.maps.spatial_map import SpatialMap
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
+from painleve_sym.units import Value
 
 FORMAT = "painleve-sym map 1"
 CURVES = ("A", "B", "A_pull")
@@ -238,11 +239,11 @@ def region_map(
     mechanism: MechanismLike,
     over: str | Sequence[str],
     *,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
+    ranges: Mapping[str, tuple[Value, Value]] | None = None,
     points: int = 400,
     slip: float | None = None,
-    state: Mapping[str, float] | None = None,
-    parameters: Mapping[str, float] | None = None,
+    state: Mapping[str, Value] | None = None,
+    parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
     engine: str = "auto",
 ) -> RegionMap:
@@ -257,14 +258,15 @@ def region_map(
         With one contact.
     over : two str, or one with a comma
         Coordinates, velocities or parameters; in space also ``slip_direction``, the angle of slip.
-    ranges : mapping of str to two float
-        Ends of the axes; those left out are chosen (see `map_axes.default_range`).
+    ranges : mapping of str to two (float or str)
+        Ends of the axes, such as ``("10 deg", "80 deg")``; those left out are
+        chosen (see `map_axes.default_range`).
     points : int
         Along each axis, 5 to 2000.
     slip : {-1, +1}, or float
         Sign of the slip velocity, −1 if it is not given; in space the angle of slip in rad, π if it
         is not given: in both the direction against t1.
-    state, parameters : mapping of str to float
+    state, parameters : mapping of str to (float or str)
         Constant values; absent ones are 0 and the defaults. Without a state the mechanism's
         `start`.
     close : str, optional
