@@ -89,7 +89,8 @@ references: $(VENV)/.installed ## write the package's data of the literature fro
 paper: $(VENV)/.installed ## write tables and figures of the manuscripts in paper/ from the kept studies
 	$(BIN)/python -m tests.benchmarks.contact_solvers_page
 	$(BIN)/python -m tests.benchmarks.elastic_bar_page
-	$(BIN)/python tools/figures.py contact-solvers elastic-bar
+	$(BIN)/python -m tools.provenance
+	$(BIN)/python tools/figures.py contact-solvers landing
 
 figures: $(VENV)/.installed ## draw every figure of the pages and of the gallery again
 	$(BIN)/python tools/figures.py

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.chatter import Chatter as Chatter
     from painleve_sym.contacts.classify import Classification as Classification
     from painleve_sym.contacts.classify import classify as classify
+    from painleve_sym.contacts.friction_set import Disc as Disc
+    from painleve_sym.contacts.friction_set import Interval as Interval
     from painleve_sym.contacts.impact.jump import JumpPhase as JumpPhase
     from painleve_sym.contacts.impact.jump import JumpResult as JumpResult
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
@@ -44,9 +46,14 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
     from painleve_sym.contacts.local_mode import ContactMode as ContactMode
     from painleve_sym.contacts.local_mode import LocalMode as LocalMode
+    from painleve_sym.contacts.one_contact_answer import ContactAnswer as ContactAnswer
+    from painleve_sym.contacts.one_contact_answer import Sector as Sector
+    from painleve_sym.contacts.one_contact_answer import contact as contact
     from painleve_sym.contacts.problem import ContactCase as ContactCase
     from painleve_sym.contacts.problem import ContactProblem as ContactProblem
     from painleve_sym.contacts.problem import ContactSolution as ContactSolution
+    from painleve_sym.contacts.spatial_problem import SpatialProblem as SpatialProblem
+    from painleve_sym.contacts.spatial_problem import SpatialSolution as SpatialSolution
     from painleve_sym.errors import EventKind as EventKind
     from painleve_sym.errors import InputError as InputError
     from painleve_sym.errors import ModelError as ModelError
@@ -112,6 +119,11 @@ if TYPE_CHECKING:
     from painleve_sym.progress import show_progress as show_progress
     from painleve_sym.references import Reference as Reference
     from painleve_sym.references import citation as citation
+    from painleve_sym.robots.robot import ContactRisk as ContactRisk
+    from painleve_sym.robots.robot import LeastRisk as LeastRisk
+    from painleve_sym.robots.robot import Robot as Robot
+    from painleve_sym.robots.robot import RobotContact as RobotContact
+    from painleve_sym.robots.robot import robot as robot
     from painleve_sym.study.compare.comparison import Comparison as Comparison
     from painleve_sym.study.compare.comparison import compare as compare
     from painleve_sym.study.critical.bisection import Border as Border
@@ -144,13 +156,16 @@ _NAMES = {
     "complementarity.uniqueness": ("Uniqueness",),
     "contacts.chatter": ("Chatter",),
     "contacts.classify": ("Classification", "classify"),
+    "contacts.friction_set": ("Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
     "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
     "contacts.impact.path": ("ImpactPhase",),
     "contacts.impact.spatial": ("InvariantDirection",),
     "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
     "contacts.local_mode": ("ContactMode", "LocalMode"),
+    "contacts.one_contact_answer": ("ContactAnswer", "Sector", "contact"),
     "contacts.problem": ("ContactCase", "ContactProblem", "ContactSolution"),
+    "contacts.spatial_problem": ("SpatialProblem", "SpatialSolution"),
     "errors": (
         "EventKind",
         "InputError",
@@ -195,6 +210,7 @@ _NAMES = {
     "papers.registry": ("Reproduction", "reproduce"),
     "progress": ("show_progress",),
     "references": ("Reference", "citation"),
+    "robots.robot": ("ContactRisk", "LeastRisk", "Robot", "RobotContact", "robot"),
     "study.compare.comparison": ("Comparison", "compare"),
     "study.critical.bisection": (
         "Border",

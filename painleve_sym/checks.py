@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from painleve_sym.errors import InputError, received
+from painleve_sym.units import in_unit
 
 LARGEST = 1e100
 """Size limit of numbers that are given: products of three of them are in the range of doubles."""
@@ -59,11 +60,17 @@ def _range(lower: float, upper: float, above: float, below: float) -> str:
     return f" {' and '.join(parts)}" if parts else ""
 
 
-def number(value: Any, name: str, *, where: str, **bounds: float) -> float:
+def number(value: Any, name: str, *, where: str, unit: str | None = None, **bounds: float) -> float:
     """Return a finite number in range as float; InputError, with `where` in front, for others.
 
+    With the SI unit of the value, it may also be a text with a unit of that kind, such as ``1 ms``.
     See `checked_number` for the bounds.
+
+    >>> number("1 ms", "t_end", where="run", unit="s")
+    0.001
     """
+    if unit is not None and isinstance(value, str):
+        value = in_unit(value, unit, f"{where}: {name}")
     result, fault = checked_number(value, name, **bounds)
     if fault:
         raise InputError(f"{where}: {fault}")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import Mechanism
+    from painleve_sym.units import Value
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class NamedModel:
 
     name: str
 
-    def __call__(self, **parameters: float) -> Mechanism:
+    def __call__(self, **parameters: Value) -> Mechanism:
         """Return the mechanism, with other defaults of its parameters where these are given.
 
         Parameters

@@ -114,6 +114,15 @@ def unit_of(name: str, own: Mapping[str, str]) -> str:
     return own.get(name) or (known.unit if known else "") or "1"
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number of things, one or several.
+
+    >>> counted(1, "event"), counted(2, "event")
+    ('1 event', '2 events')
+    """
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def derivative_latex(latex: str, dots: int = 1) -> str:
     r"""Return the LaTeX of a time derivative: ``x_A`` becomes ``\dot{x}_A``."""
     base, _, index = latex.partition("_")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from painleve_sym.errors import InputError, shortened
@@ -53,6 +54,24 @@ def in_unit(text: str, unit: str, name: str) -> float:
     if not math.isfinite(value):
         raise InputError(f"{name}: got {text!r}, need a finite number.")
     return value
+
+
+def in_si(given: Mapping[str, Any], units: Mapping[str, str], where: str) -> dict[str, Any]:
+    """Return the values with texts read in the unit of their name; see `in_unit`.
+
+    Names without a unit are left to those which know them all.
+
+    Examples
+    --------
+    >>> in_si({"theta": "180 deg", "mu": 0.5}, {"theta": "rad"}, "state")["mu"]
+    0.5
+    """
+    return {
+        name: in_unit(value, units[name], f"{where}: {name}")
+        if isinstance(value, str) and name in units
+        else value
+        for name, value in given.items()
+    }
 
 
 def factor(own: str, unit: str, name: str) -> float:

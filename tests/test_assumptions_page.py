@@ -26,6 +26,7 @@ EXPLANATIONS = (
     "friction-laws.md",
     "impacts.md",
     "maps.md",
+    "paradox-in-space.md",
     "reverse-chatter.md",
     "rigid-rod.md",
     "sensitivities.md",

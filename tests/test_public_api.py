@@ -25,6 +25,7 @@ PARTS = {
     *("ForceDerivative", "FrozenEnd", "FrozenImpactSolver", "ImpactPhase", "ImpulsePhase"),
     *("LawsByContact", "LocalMode", "NaturalPeriod", "Page", "Reproduction", "ReverseChatter"),
     *("Section", "Segment", "SingularLimit", "SlidingSolution", "Sweep"),
+    *("ContactRisk", "LeastRisk", "RobotContact"),
 }
 
 

@@ -87,6 +87,52 @@ def test_states_and_parameters_take_texts_everywhere():
         ps.classify("rod", parameters={"m": "heavy"})
 
 
+def test_times_forces_and_ranges_take_texts_everywhere(tmp_path):
+    run = ps.simulate("rod", "hertz", {"theta": 1.0}, t_end="0.01 ms", initial_force="5000 mN")
+    same = ps.simulate("rod", "hertz", {"theta": 1.0}, t_end=1e-5, initial_force=5.0)
+    assert run.final == same.final and run.final_time == 1e-5
+    rows = ps.simulate_batch(
+        "rod", "hertz", {"theta": "1 rad"}, t_end="10 us", max_step="1 us", initial_force="5 N",
+        parameters={"m": "1000 g"},
+    )  # fmt: skip
+    assert float(rows["time"]) == pytest.approx(1e-5, rel=1e-15)
+    mapped = ps.region_map(
+        "rod", "theta,theta_dot", points=5, ranges={"theta": ("10 deg", "80 deg")}
+    )
+    np.testing.assert_allclose(mapped.values[0][[0, -1]], np.radians([10, 80]), rtol=1e-15)
+    page = ps.explore("rod", t_end="5 ms", initial_force="2 N", law_parameters={"E": "3 GPa"})
+    initial = page.data["initial"]
+    assert (initial["end"], initial["force"], initial["values"]["E"]) == (0.005, 2.0, 3e9)
+    state = {"theta": "1 rad", "theta_dot": "1 rad/s", "x_A_dot": "-1 m/s"}
+    compared = ps.compare(
+        "rod", state, solvers=("lemke",), stiffness=("2.09e15 Pa",), steps=("1 ms",), t_end="10 ms"
+    )
+    assert compared.t_end == 0.01 and compared.softened[0].setting == 2.09e15
+    corrected = [
+        ps.evaluate_corrected_jump("rod", "hertz", state, initial_force=f) for f in ("1 N", 1.0)
+    ]
+    assert corrected[0].velocity == corrected[1].velocity
+    exported = ps.export_c("rod", "hertz", {"theta": 1.0}, folder=tmp_path / "c", t_end="10 us")
+    assert exported.trajectory.final_time == pytest.approx(1e-5, rel=1e-15)
+    assert ps.model("rod", m="200 g").parameters["m"] == 0.2
+    assert ps.laws.hertz(E="3 GPa").parameters[0].default == 3e9
+    for wrong in ({"t_end": "5 N"}, {"t_end": 1.0, "initial_force": "5 s"}):
+        with pytest.raises(ps.InputError, match=r"got the unit \[[Ns]\], need \[[Ns]\]"):
+            ps.simulate("rod", "hertz", {"theta": 1.0}, **wrong)
+    with pytest.raises(ps.InputError, match=r"range theta: got '10:80', need two numbers"):
+        ps.region_map("rod", "theta,theta_dot", ranges={"theta": "10:80"})
+
+
+def test_a_fit_takes_texts():
+    data = "examples/studies/fit/impacts.csv"
+    texts = {"law_parameters": {"E": "209 GPa"}, "t_end": "1000 ms"}
+    fitted = [
+        ps.fit("rod", "bilinear-hertz", data, ["e_energetic"], **given)
+        for given in (texts, {"law_parameters": {"E": 209e9}, "t_end": 1.0})
+    ]
+    np.testing.assert_array_equal(fitted[0].estimate, fitted[1].estimate)
+
+
 def test_commands_take_units(capsys):
     words = ("--state", "theta=30deg,x_A_dot=-5 mm/s", "--set", "m=200g")
     data = run_json(capsys, "classify", "rod", *words)

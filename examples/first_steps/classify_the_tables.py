@@ -25,4 +25,4 @@ for number, (theta, theta_dot) in TABLES.items():
     axes.plot([0, reach], [contact.B, contact.A * reach + contact.B])
     for solution in contact.solutions:
         axes.plot(solution.normal_force, solution.normal_acceleration, "o", color="C3")
-    axes.set(title=f"Table {number}: {case}", xlabel="F_n (N)", ylabel="a_n (m/s²)")
+    axes.set(title=f"Table {number}: {case}", xlabel="$F_n$ (N)", ylabel="$a_n$ (m/s²)")

@@ -19,9 +19,11 @@ from painleve_sym.errors import InputError
 from painleve_sym.escape import c_name
 from painleve_sym.files import beside, file_path
 from painleve_sym.laws.catalogue import LawsLike
+from painleve_sym.motion.refusals import checked_force
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
+from painleve_sym.units import Value
 
 T_END = {"compliant": 0.01, "rigid": 1.0}
 """End time of the example where none is given, s: an impact, or a few of them."""
@@ -47,15 +49,15 @@ class Export:
 def export_c(
     mechanism: MechanismLike,
     law: LawsLike,
-    state: Mapping[str, float] | None = None,
+    state: Mapping[str, Value] | None = None,
     *,
     folder: str | Path,
     name: str | None = None,
-    t_end: float | None = None,
+    t_end: Value | None = None,
     until: str | Sequence[str] = (),
-    parameters: Mapping[str, float] | None = None,
-    law_parameters: Mapping[str, float] | None = None,
-    initial_force: float | None = None,
+    parameters: Mapping[str, Value] | None = None,
+    law_parameters: Mapping[str, Value] | None = None,
+    initial_force: Value | None = None,
     engine: EngineLike = EngineName.AUTO,
     rtol: float = DEFAULT_RTOL,
     max_steps: int = MAX_STEPS,
@@ -114,18 +116,19 @@ def export_c(
     bounds = {"max_steps": max_steps, "max_events": max_events}
     given = {"t_end": t_end, "until": until, "rtol": rtol, **bounds}
     settings = RunSettings.of(simulator.where, given)
-    trajectory = simulator.follow(simulator.start(place, initial_force), settings)
+    force = None if initial_force is None else checked_force(simulator, initial_force)
+    trajectory = simulator.follow(simulator.start(place, force), settings)
     case = Case(
         name=prefix,
         simulator=simulator,
         engine_name=trajectory.engine,
         trajectory=trajectory,
         motion=simulator.start(place).state[: len(place.state)],
-        t_end=float(t_end),
+        t_end=settings.t_end,
         rtol=rtol,
         until=(until,) if isinstance(until, str) else tuple(until),
         limits={name: own for name, (own, default) in limits.items() if own != default},
-        initial_force=initial_force,
+        initial_force=force,
         compiler=compiler,
     )
     return _written(case, target, chosen=name is None)

@@ -9,6 +9,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file, read_count
 from painleve_sym.cli.output import number, print_json, show
 from painleve_sym.cli.run import ending, exit_code, show_case
+from painleve_sym.quantities import counted
 
 
 def animate(arguments: argparse.Namespace) -> int:
@@ -33,7 +34,7 @@ def animate(arguments: argparse.Namespace) -> int:
         print_json({**data, **end, "frames": frames, "files": {"out": str(out)}})
     else:
         show_case(mechanism, scenario)
-        show(f"law {run.law}, {len(run.events)} events")
+        show(f"law {run.law}, {counted(len(run.events), 'event')}")
         show(ending(run))
         show(f"{frames} frames, {number(film.duration)} s at {film.rate} per second")
         show(f"film written to {out}")

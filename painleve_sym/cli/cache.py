@@ -6,6 +6,7 @@ import argparse
 
 from painleve_sym.cli.output import print_json, show
 from painleve_sym.codegen.cache import CacheContent, cache_content, clear_cache
+from painleve_sym.quantities import counted
 
 
 def cache(arguments: argparse.Namespace) -> int:
@@ -36,5 +37,5 @@ def cache(arguments: argparse.Namespace) -> int:
 
 def _summary(content: CacheContent) -> str:
     libraries = "1 library" if content.libraries == 1 else f"{content.libraries} libraries"
-    derived = "1 derivation" if content.derivations == 1 else f"{content.derivations} derivations"
+    derived = counted(content.derivations, "derivation")
     return f"{libraries}, {derived}, {content.size / 1e6:.1f} MB"

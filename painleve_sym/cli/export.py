@@ -10,6 +10,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_folder
 from painleve_sym.cli.output import print_json, show
 from painleve_sym.cli.run import ending
+from painleve_sym.quantities import counted
 
 
 def export(arguments: argparse.Namespace) -> int:
@@ -32,7 +33,8 @@ def export(arguments: argparse.Namespace) -> int:
         )
         return 0
     show(f"{done.folder}: {', '.join(done.files)}")
-    show(f"The example {ending(done.trajectory)}, with {len(done.trajectory.events)} events.")
+    events = counted(len(done.trajectory.events), "event")
+    show(f"The example {ending(done.trajectory)}, with {events}.")
     show()
     show("build and compare, in that folder:")
     show("  cmake -B build && cmake --build build && (cd build && ctest)")

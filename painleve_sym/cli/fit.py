@@ -10,6 +10,7 @@ from painleve_sym.cli.options import figure_file, read_look, read_quantities
 from painleve_sym.cli.output import draw, number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.quantities import counted
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
 from painleve_sym.study.fitting.result import FitResult
@@ -66,7 +67,8 @@ def fit(arguments: argparse.Namespace) -> int:
 def _show(fit_result: FitResult, data: FitData, units: dict[str, str]) -> None:
     kind = "history" if data.times is not None else "motion row by row"
     values = fit_result.freedom + len(fit_result.names)
-    show(f"{kind}, {values} measured values, {len(fit_result.names)} unknowns")
+    unknowns = counted(len(fit_result.names), "unknown")
+    show(f"{kind}, {counted(values, 'measured value')}, {unknowns}")
     show()
     percent = f"{100 * fit_result.level:g} %"
     rows = []
@@ -94,7 +96,7 @@ def _show(fit_result: FitResult, data: FitData, units: dict[str, str]) -> None:
         i, j = max(pairs, key=lambda p: abs(fit_result.correlation[p]))
         value = number(float(fit_result.correlation[i, j]), 3)
         show(f"largest correlation: {fit_result.names[j]} with {fit_result.names[i]}, {value}")
-    show(f"{fit_result.evaluations} evaluations; {fit_result.message}")
+    show(f"{counted(fit_result.evaluations, 'evaluation')}; {fit_result.message}")
     if fit_result.condition > 1e4:
         warnings.warn(
             "the parameters are poorly identifiable "

@@ -29,6 +29,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.quantities import counted
 from painleve_sym.study.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -352,7 +353,8 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     residual = trajectory.energy_residual
     closes = f", energy closes to {number(residual, 2)}" if trajectory.energy_closes else ""
     show(
-        f"{trajectory.counters['accepted_steps']} steps, {len(trajectory.events)} events, "
+        f"{counted(trajectory.counters['accepted_steps'], 'step')}, "
+        f"{counted(len(trajectory.events), 'event')}, "
         f"rtol {number(trajectory.rtol)}{closes}, engine {trajectory.engine}"
     )
 

@@ -17,6 +17,7 @@ from painleve_sym.files import of_plain, to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import COUNTS, MODELS
 from painleve_sym.mechanics.outline import MechanismOutline
+from painleve_sym.units import Value
 
 _TEXTS = ("name", "title", "source", "sketch", "start", "definition", "locked")
 
@@ -24,7 +25,7 @@ MechanismLike = Mechanism | str | Path
 """A mechanism, its name, or the path of a mechanism file."""
 
 
-def model(name: str | Path, **parameters: float) -> Mechanism:
+def model(name: str | Path, **parameters: Value) -> Mechanism:
     """Return the named mechanism, or the one a mechanism file ending in .toml describes.
 
     Parameters

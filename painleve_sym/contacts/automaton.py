@@ -17,6 +17,7 @@ from functools import cached_property, partial
 import numpy as np
 import sympy as sp
 
+from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.compliant import CompliantInterface
 from painleve_sym.contacts.contact_states import (
@@ -317,8 +318,9 @@ class PluralContacts(ContactStates):
         friction = lost = _ZERO
         for i, c in enumerate(self.interfaces):
             n, t, row = self._at.normal(i), self._at.tangent(i), c.row
-            rates[row.gap] = c.apart * row.gap_rate
-            rates[row.gap_rate] = c.apart * moved[n]
+            moves = c.apart * (1 - self._kept(i))
+            rates[row.gap] = moves * row.gap_rate
+            rates[row.gap_rate] = moves * moved[n]
             rates[row.slip] = (1 - c.still) * moved[t]
             rates |= c.rates(self._motion(i))
             friction -= (1 - c.sticks) * F[t] * c.rubbing_velocity(self._motion(i))
@@ -366,28 +368,41 @@ class PluralContacts(ContactStates):
             modes.append(Mode(CONTACT, {}, self._decision(), self._outputs()))
         return tuple(modes)
 
-    def _holding_a_guide(self) -> list[tuple[int, ...]]:
-        """Return the least sets of contacts that hold, where all stick, what a guide holds.
+    def _kept(self, i: int) -> sp.Expr:
+        """Return 1 where other closed contacts keep a gap, else 0: it has not even rounding."""
+        at = self._at
+        others = {at.normal(j): self.interfaces[j].closed for j in self._unknown if j != i}
+        sets = self._spanning(list(others), at.normal(i))
+        return 1 - sp.Mul(*[1 - sp.Mul(*[others[row] for row in rows]) for rows in sets])
 
-        They are those of any state: the rank is that of the rows at numbers without a relation.
-        """
-        contacts = [row.contact for row in self.rows]
-        rows = [m for c in contacts for m in (c.J_N, c.J_T)]
+    def _holding_a_guide(self) -> list[tuple[int, ...]]:
+        """Return sets of contacts that hold, where all stick, what a guide holds."""
+        at, n = self._at, len(self.rows)
+        tangents = [at.tangent(i) for i in range(n)]
+        guides = [i for i, row in enumerate(self.rows) if row.contact.bilateral]
+        sets = (s for i in guides for s in self._spanning(tangents, at.normal(i)))
+        return [tuple(tangents.index(row) for row in rows) for rows in dict.fromkeys(sets)]
+
+    def _spanning(self, rows: Sequence[int], target: int) -> list[tuple[int, ...]]:
+        """Return the least sets of rows of contacts that another row depends on in any state."""
+        J, sets = self._directions, list[tuple[int, ...]]()
+        for size in range(1, len(rows) + 1):
+            for chosen in itertools.combinations(rows, size):
+                ranks = (
+                    np.linalg.matrix_rank(J[[*r]], tol=1e-9) for r in (chosen, (*chosen, target))
+                )
+                if not any({*s} <= {*chosen} for s in sets) and [*ranks] == [size, size]:
+                    sets.append(chosen)
+        return sets
+
+    @cached_property
+    def _directions(self) -> Array:
+        """The rows J of the contacts at numbers without a relation."""
+        rows = [m for row in self.rows for m in (row.contact.J_N, row.contact.J_T)]
         symbols = sorted({s for m in rows for s in m.free_symbols}, key=str)
         chosen = np.random.default_rng(0).uniform(0.3, 1.2, len(symbols))
         point = {s: sp.Float(v) for s, v in zip(symbols, chosen.tolist(), strict=True)}
-        J = np.array([[float(e) for e in m.xreplace(point)] for m in rows])
-        at, sets = self._at, list[tuple[int, ...]]()
-        for size, guide in itertools.product(range(1, len(rows)), range(len(contacts))):
-            for held in itertools.combinations(range(len(contacts)), size):
-                if not contacts[guide].bilateral or any({*s} <= {*held} for s in sets):
-                    continue
-                tangents = J[[at.tangent(i) for i in held]]
-                together = np.vstack([tangents, J[at.normal(guide)]])
-                ranks = (np.linalg.matrix_rank(rows, tol=1e-9) for rows in (tangents, together))
-                if [*ranks] == [size, size]:
-                    sets.append(held)
-        return sets
+        return np.array([[float(e) for e in m.xreplace(point)] for m in rows])
 
     @property
     def _starts_with_memory(self) -> bool:

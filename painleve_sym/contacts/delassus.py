@@ -39,15 +39,17 @@ class ContactNumbers(NamedTuple):
 
     Attributes
     ----------
-    gap, gap_rate, slip_velocity : ndarray, shape (n,)
-        m, m/s, m/s.
+    gap, gap_rate : ndarray, shape (n,)
+        m, m/s.
+    slip_velocity : ndarray, shape (n,), in space (n, 2)
+        m/s.
     A_stick, B_stick : ndarray, shape (n,)
         A′ and B′ of each contact with the others open; 1/kg and m/s².
     gap_tolerance, rate_tolerance : ndarray, shape (n,)
         See `closed_within`; m, m/s.
-    W : ndarray, shape (2 n, 2 n)
-        Mobility with rows n1, t1, n2, t2, ...; 1/kg.
-    b : ndarray, shape (2 n,)
+    W : ndarray, shape (2 n, 2 n), in space (3 n, 3 n)
+        Mobility with the rows of `ContactRows`: n1, t1, n2, t2, ...; 1/kg.
+    b : ndarray, shape (2 n,), in space (3 n,)
         Accelerations without contact forces; m/s².
     margins : sequence of float, or ndarray
         Of the bounds of the domain, all positive inside.
@@ -69,9 +71,11 @@ class ContactNumbers(NamedTuple):
 
     @property
     def v(self) -> Array:
-        """Velocities of the contacts, shape (2 n,); m/s."""
-        pairs = np.stack([self.gap_rate, self.slip_velocity], axis=1)
-        return pairs.reshape(-1, *pairs.shape[2:])
+        """Velocities of the contacts, as many as rows; m/s."""
+        n, rows = len(self.gap_rate), len(self.b)
+        slip = self.slip_velocity.reshape(n, rows // n - 1, *self.gap_rate.shape[1:])
+        velocities = np.concatenate([self.gap_rate[:, None], slip], axis=1)
+        return velocities.reshape(rows, *velocities.shape[2:])
 
 
 class MotionNumbers(NamedTuple):
@@ -115,6 +119,11 @@ class Dynamics(Protocol):
         """Everything that the functions are made of, as one text."""
         ...
 
+    @property
+    def n_tangents(self) -> int:
+        """Tangential directions of a contact: 1 in the plane, 2 in space."""
+        ...
+
     def contact_function(self) -> ca.Function:
         """Return the function of `argument_names` to all `ContactNumbers` but mu, row by row."""
         ...
@@ -139,6 +148,11 @@ class LagrangianDynamics:
     def definition(self) -> str:
         """Everything that the mechanism is derived from."""
         return self.mechanism.definition
+
+    @property
+    def n_tangents(self) -> int:
+        """Tangential directions of a contact."""
+        return 1
 
     def contact_function(self) -> ca.Function:
         """Return the function of all `ContactNumbers` but mu."""
@@ -181,6 +195,8 @@ class LagrangianDynamics:
 class Delassus:
     """The numbers of the contacts of a mechanism, compiled once and evaluated at states.
 
+    Where it does not compile, CasADi evaluates them: sooner the first time, slower each time.
+
     The values are coordinates, velocities and parameters by name, and may hold others: numbers for
     one state, or arrays that broadcast against each other for an array of states, each with the
     same bits as alone.
@@ -196,6 +212,7 @@ class Delassus:
     """
 
     dynamics: Dynamics
+    compiles: bool = True
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> Delassus:
@@ -230,27 +247,21 @@ class Delassus:
         return contacts, MotionNumbers(*moves)
 
     def _contacts(self, numbers: list[float], values: Mapping[str, float]) -> ContactNumbers:
+        shapes, end, parts = self._contact_shapes, 0, list[Any]()
+        for shape in shapes[:-1]:
+            end, first = end + math.prod(shape), end
+            parts.append(np.array(numbers[first:end]).reshape(shape))
         contacts = self.dynamics.outline.contacts
-        n = len(contacts)
-        size, count = ContactRows(n).size, len(_OF_CONTACT) * n
-        end = count + size * size
-        gap, rate, slip, A, B, near, slow = np.array(numbers[:count]).reshape(-1, n)
-        return ContactNumbers(
-            *(gap, rate, slip, A, B, near, slow),
-            np.array(numbers[count:end]).reshape(size, size),
-            np.array(numbers[end : end + size]),
-            numbers[end + size :],
-            np.array([float(values[c.friction]) for c in contacts]),
-        )
+        mu = np.array([float(values[c.friction]) for c in contacts])
+        own: Any = (*parts, numbers[end:], mu)
+        return ContactNumbers(*own)
 
     def _at_each(
         self, function: Quantities, values: Mapping[str, Any], more: Sequence[tuple[int, ...]]
     ) -> tuple[ContactNumbers, list[Array]]:
         """Return the numbers at an array of states, and parts of the shapes `more` after them."""
         outline = self.dynamics.outline
-        n = len(outline.contacts)
-        size = ContactRows(n).size
-        shapes = [*[(n,)] * len(_OF_CONTACT), (size, size), (size,), (len(outline.domain),), *more]
+        shapes = [*self._contact_shapes, *more]
         arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in function.arguments))
         axes, end, parts = arrays[0].shape, 0, list[Array]()
         flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
@@ -266,9 +277,18 @@ class Delassus:
         return ContactNumbers(*own), parts[count:]
 
     @property
+    def _contact_shapes(self) -> list[tuple[int, ...]]:
+        outline, tangents = self.dynamics.outline, self.dynamics.n_tangents
+        n = len(outline.contacts)
+        size = ContactRows(n, tangents).size
+        slip = (n,) if tangents == 1 else (n, tangents)
+        own = [slip if name == "slip_velocity" else (n,) for name in _OF_CONTACT]
+        return [*own, (size, size), (size,), (len(outline.domain),)]
+
+    @property
     def _motion_shapes(self) -> list[tuple[int, ...]]:
-        outline = self.dynamics.outline
-        nq, size = len(outline.coordinates), ContactRows(len(outline.contacts)).size
+        outline, n = self.dynamics.outline, len(self.dynamics.outline.contacts)
+        nq, size = len(outline.coordinates), ContactRows(n, self.dynamics.n_tangents).size
         return [(size, nq), (nq, size), (nq,), (size,), (1,)]
 
     @property
@@ -283,7 +303,8 @@ class Delassus:
             "contacts",
             definition,
             outline.argument_names,
-            lambda: (_contact_names(outline), self.dynamics.contact_function()),
+            lambda: (self._contact_names, self.dynamics.contact_function()),
+            compiles=self.compiles,
         )
 
     @property
@@ -297,30 +318,27 @@ class Delassus:
             x = ca.SX.sym("x", len(outline.argument_names))
             parts = self.dynamics.contact_function()(x), self.dynamics.motion_function()(x)
             whole = ca.Function("whole", [x], ca.cse([ca.vertcat(*parts)]))
-            return _contact_names(outline) + _motion_names(outline), whole
+            return self._contact_names + self._motion_names, whole
 
-        return quantities("whole", definition, outline.argument_names, derive)
+        names = outline.argument_names
+        return quantities("whole", definition, names, derive, compiles=self.compiles)
+
+    @property
+    def _contact_names(self) -> list[str]:
+        names = (*_OF_CONTACT, "W", "b", "margin")
+        return _entry_names(names, self._contact_shapes)
+
+    @property
+    def _motion_names(self) -> list[str]:
+        return _entry_names(MotionNumbers._fields, self._motion_shapes)
 
 
-def _contact_names(outline: MechanismOutline) -> list[str]:
-    n = len(outline.contacts)
-    rows = range(ContactRows(n).size)
+def _entry_names(names: Sequence[str], shapes: Sequence[tuple[int, ...]]) -> list[str]:
+    """Return a name for each entry of arrays of these shapes, row by row."""
     return [
-        *(f"{name}_{i}" for name in _OF_CONTACT for i in range(n)),
-        *(f"W_{r}_{c}" for r, c in product(rows, repeat=2)),
-        *(f"b_{r}" for r in rows),
-        *(f"margin_{k}" for k in range(len(outline.domain))),
-    ]
-
-
-def _motion_names(outline: MechanismOutline) -> list[str]:
-    rows, own = range(ContactRows(len(outline.contacts)).size), range(len(outline.coordinates))
-    return [
-        *(f"J_{r}_{k}" for r, k in product(rows, own)),
-        *(f"D_{k}_{r}" for k, r in product(own, rows)),
-        *(f"free_{k}" for k in own),
-        *(f"drive_speed_{r}" for r in rows),
-        "kinetic_energy",
+        "_".join((name, *map(str, place)))
+        for name, shape in zip(names, shapes, strict=True)
+        for place in product(*map(range, shape))
     ]
 
 

@@ -368,37 +368,7 @@ class ContactProblem:
         if self.size == 1:
             (nn, nt), (tn, tt) = self.W.tolist()
             return faults + mobility_faults(nn, nt, tn, tt)
-        return faults + self._matrix_faults()
-
-    def _matrix_faults(self) -> list[str]:
-        """Return a sentence where the mobility is not symmetric or indefinite."""
-        rows = self.W.tolist()
-        root = [math.sqrt(max(row[k], 0.0)) for k, row in enumerate(rows)]
-        scaled: list[Vector] = []  # the triangle up to the diagonal
-        for i, (row, r) in enumerate(zip(rows, root, strict=True)):
-            own: Vector = []
-            for j in range(i + 1):
-                w, v, bound = row[j], rows[j][i], r * root[j]
-                if abs(w - v) > SYMMETRY * bound or (bound == 0 and (w != 0 or v != 0)):
-                    return [
-                        f"W: got {self.W!r}, need a symmetric matrix with rows of zeros where the "
-                        "diagonal is 0. Fix: compute it as J M^-1 J' with rows n1, t1, n2, t2, "
-                        "... of J."
-                    ]
-                own.append(w / bound if bound else 0.0)
-            scaled.append(own)
-        least = INDEFINITE * len(rows)
-        if _factorizes(scaled, least / 2):
-            return []
-        lower = np.zeros((len(rows), len(rows)))
-        for i, own in enumerate(scaled):
-            lower[i, : i + 1] = own
-        if np.min(np.linalg.eigvalsh(lower, UPLO="L")) >= -least:
-            return []
-        return [
-            f"W: got {self.W!r}, need a positive semidefinite matrix. "
-            "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
-        ]
+        return faults + mobility_matrix_faults(self.W, "n1, t1, n2, t2, ...")
 
     @property
     def size(self) -> int:
@@ -1069,6 +1039,37 @@ class _ScaledLaw:
         numbers.setflags(write=False)
         normal, tangential, a_n, a_t = numbers
         return ContactSolution(point.modes, normal, tangential, a_n, a_t, point.residual, isolated)
+
+
+def mobility_matrix_faults(W: FloatArray, order: str) -> list[str]:
+    """Return a sentence where a mobility is not symmetric or indefinite; `order` names its rows."""
+    rows = W.tolist()
+    root = [math.sqrt(max(row[k], 0.0)) for k, row in enumerate(rows)]
+    scaled: list[Vector] = []  # the triangle up to the diagonal
+    for i, (row, r) in enumerate(zip(rows, root, strict=True)):
+        own: Vector = []
+        for j in range(i + 1):
+            w, v, bound = row[j], rows[j][i], r * root[j]
+            if abs(w - v) > SYMMETRY * bound or (bound == 0 and (w != 0 or v != 0)):
+                return [
+                    f"W: got {W!r}, need a symmetric matrix with rows of zeros where the "
+                    "diagonal is 0. Fix: compute it as J M^-1 J' with rows "
+                    f"{order} of J."
+                ]
+            own.append(w / bound if bound else 0.0)
+        scaled.append(own)
+    least = INDEFINITE * len(rows)
+    if _factorizes(scaled, least / 2):
+        return []
+    lower = np.zeros((len(rows), len(rows)))
+    for i, own in enumerate(scaled):
+        lower[i, : i + 1] = own
+    if np.min(np.linalg.eigvalsh(lower, UPLO="L")) >= -least:
+        return []
+    return [
+        f"W: got {W!r}, need a positive semidefinite matrix. "
+        "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
+    ]
 
 
 def _factorizes(matrix: list[Vector], shift: float) -> bool:

@@ -12,6 +12,7 @@ from painleve_sym.choices import Record, RecordLike, chosen
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.signature import Outline
+from painleve_sym.units import in_si
 
 ENGINE_REASONS = (
     StopReason.T_END,
@@ -38,6 +39,9 @@ MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
 """Limits of a run where none are given."""
 MAX_LIMIT = 2**31 - 1
 """The largest limit: the loop counts in C."""
+
+_UNITS = dict.fromkeys(("t_end", "first_step", "max_step"), "s")
+"""Of the settings that have one."""
 
 ADMITS = 3
 """Answers of `Prepared.admits` to a start."""
@@ -68,7 +72,8 @@ class RunSettings:
     @classmethod
     def of(cls, where: str, given: Mapping[str, Any]) -> RunSettings:
         """Return checked settings; InputError begins with `where`."""
-        settings, end = cls(**given), given["t_end"]
+        settings = cls(**in_si(given, _UNITS, where))
+        end = settings.t_end
         if type(end) is not float or not 0 < end <= LARGEST:
             number(end, "t_end", where=where, above=0.0)
         settings.check(where)

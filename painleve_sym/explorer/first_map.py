@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.case_codes import LEGEND
@@ -17,6 +19,8 @@ POINTS = 41
 """Along each axis of a map that is tried."""
 SHARE = 0.01
 """Least part of a map that counts as a region."""
+ROUNDING = 1e-9
+"""Part of its terms below which A or B is zero."""
 ENOUGH = 3
 """Regions with which the search ends at once."""
 
@@ -37,7 +41,8 @@ def first_map(mechanism: Mechanism, slips: Sequence[int]) -> FirstMap:
     else over other quantities, and of other contacts.
     """
     best = FirstMap(0, {}, 0)
-    for contact, slip in enumerate(slips):
+    # A start on the border of two cases says nothing of either: such contacts come last.
+    for contact, slip in sorted(enumerate(slips), key=lambda own: _on_border(mechanism, *own)):
         friction = mechanism.outline.contacts[contact].friction
         for pairs in _pairs(mechanism, friction):
             for over in pairs:
@@ -51,6 +56,18 @@ def first_map(mechanism: Mechanism, slips: Sequence[int]) -> FirstMap:
         where = f"explorer of {mechanism.name!r}"
         raise InputError(f"{where}: none of its maps has a point inside the domain.")
     return best
+
+
+def _on_border(mechanism: Mechanism, contact: int, slip: int) -> bool:
+    """Return whether A or B of a contact alone is zero, to rounding, at the mechanism's start."""
+    at = Delassus.of(mechanism).at(mechanism.at(mechanism.start).values)
+    rows = ContactRows(len(mechanism.outline.contacts))
+    normal, tangent = rows.normal(contact), rows.tangent(contact)
+    terms = at.W[normal, normal], slip * at.mu[contact] * at.W[normal, tangent]
+    A, B = terms[0] - terms[1], at.b[normal]
+    return bool(
+        abs(A) <= ROUNDING * max(map(abs, terms)) or abs(B) <= ROUNDING * float(np.abs(at.b).max())
+    )
 
 
 def _tried(mechanism: Mechanism, contact: int, slip: int, over: tuple[str, str]) -> FirstMap:

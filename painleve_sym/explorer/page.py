@@ -27,7 +27,7 @@ from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import open_from
 from painleve_sym.motion.trajectory import StoredRecord, Trajectory
-from painleve_sym.units import Value
+from painleve_sym.units import Value, in_si
 
 if TYPE_CHECKING:
     from painleve_sym.explorer.notebook import ExplorerWidget
@@ -114,8 +114,8 @@ def explore(
     *,
     parameters: Mapping[str, Value] | None = None,
     law_parameters: Mapping[str, Value] | None = None,
-    initial_force: float | None = None,
-    t_end: float | None = None,
+    initial_force: Value | None = None,
+    t_end: Value | None = None,
     close: str | None = None,
     docs: str | None = None,
     out: str | Path | None = None,
@@ -161,12 +161,15 @@ def explore(
     mechanism = as_mechanism(mechanism)
     laws = default_law(mechanism) if law is None else _one_or_by_contact(as_law(law))
     stored = stored_module(mechanism, laws)
+    notes: list[str] = []
     if stored is None:
         # What derives and compiles is not loaded for a stored module.
-        from painleve_sym.explorer.source import ModuleSource
+        from painleve_sym.explorer.source import ModuleSource, exact_start
 
         source = ModuleSource(mechanism, laws)
         description = source.description
+        if close is None and (state is None or dict(state) == dict(mechanism.start)):
+            state, notes = exact_start(mechanism)
     else:
         packed, description = stored
     initial = _initial(
@@ -184,6 +187,7 @@ def explore(
         "words": words(),
         "tolerances": {"rtol": DEFAULT_RTOL, "openFrom": open_from(DEFAULT_RTOL)},
         "docs": docs,
+        "notes": notes,
         "version": painleve_sym.__version__,
     }
     page = Page(
@@ -242,8 +246,8 @@ def _initial(
     state: Mapping[str, Value] | None,
     parameters: Mapping[str, Value] | None,
     law_parameters: Mapping[str, Value] | None,
-    initial_force: float | None,
-    t_end: float | None,
+    initial_force: Value | None,
+    t_end: Value | None,
     close: str | None,
 ) -> dict[str, Any]:
     """Return the numbers that a page begins with, checked as those of a motion."""
@@ -255,13 +259,13 @@ def _initial(
     if "reload" in laws.choices:
         initial["reload"] = laws.choices["reload"]
     if t_end is not None:
-        initial["end"] = number(t_end, "t_end", where=where, above=0.0)
+        initial["end"] = number(t_end, "t_end", where=where, unit="s", above=0.0)
     if initial_force is not None:
         if not description["motions"][0]["pressable"]:
             raise InputError(
                 f"{where}: initial_force: need one compliant contact. Fix: leave it out."
             )
-        initial["force"] = number(initial_force, "initial force", where=where, lower=0.0)
+        initial["force"] = number(initial_force, "initial force", where=where, unit="N", lower=0.0)
     return initial
 
 
@@ -271,8 +275,9 @@ def _of_law(
     """Return the law's parameters by their names on the page: those given, else its defaults."""
     own = [p["name"] for p in description["parameters"] if p["of"] == "law"]
     defaults = {p.name: p.default for p in laws.parameters}
+    given = in_si(given, {p.name: p.unit for p in laws.parameters}, f"{where}: law")
     values = {}
-    for name, value in (defaults | dict(given)).items():
+    for name, value in (defaults | given).items():
         here = f"{name}_law" if f"{name}_law" in own else name
         if here in own:
             values[here] = float(value)

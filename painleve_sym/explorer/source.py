@@ -17,7 +17,8 @@ from painleve_sym.c_export.files import MotionCode, clashing_name, code_files
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import Compiler
 from painleve_sym.codegen.evaluate import expression_function
-from painleve_sym.contacts.delassus import argument_symbols
+from painleve_sym.contacts.closing import closed_state, gap_slopes
+from painleve_sym.contacts.delassus import Delassus, argument_symbols
 from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import ENGINE_REASONS
@@ -45,6 +46,8 @@ from painleve_sym.study.maps.axes import default_range, parameter_range
 
 STIFFNESSES = ("Pa", "N/m")
 """Units of the parameters that a slider changes by orders of magnitude."""
+FEW_DIGITS = 1e-3
+"""Part of the largest length of a start below which a compression is rounding of a file."""
 SOFTER, STIFFER = 1e-2, 1e8
 """Ends of their sliders, in parts of the default: to the stiffness of the paper's Table 6."""
 
@@ -216,6 +219,35 @@ class ModuleSource:
             }
             for p in declared.values()
         ]
+
+
+def exact_start(mechanism: Mechanism) -> tuple[dict[str, float], list[str]]:
+    """Return the mechanism's start with contacts closed that are compressed by rounding.
+
+    A file has few digits, and a rigid contact has no compression. A coordinate closes a contact
+    that changes no other gap; the sentences say which values were replaced.
+    """
+    place = mechanism.at(mechanism.start)
+    state, notes = dict(place.state), list[str]()
+    at = Delassus.of(mechanism).at(place.values)
+    contacts, coordinates = mechanism.outline.contacts, mechanism.outline.coordinates
+    slopes = [gap_slopes(mechanism, i).names for i in range(len(contacts))]
+    size = max((abs(state[c.name]) for c in coordinates if c.unit == "m"), default=0.0)
+    for i, contact in enumerate(contacts):
+        if contact.bilateral or not -FEW_DIGITS * size <= at.gap[i] < -at.gap_tolerance[i]:
+            continue
+        others = {name for k, own in enumerate(slopes) if k != i for name in own}
+        # A value of 0 is exact.
+        for c in sorted(coordinates, key=lambda own: state[own.name] == 0):
+            if f"gap_by_{c.name}" in slopes[i] and f"gap_by_{c.name}" not in others:
+                named = f"{contact.name}:{c.name}" if len(contacts) > 1 else c.name
+                state = closed_state(mechanism, state, place.parameters, named)
+                notes.append(
+                    f"{c.name} is {state[c.name]:.9g} {c.unit}, which closes the contact "
+                    f"{contact.name}; the mechanism's start has {place.state[c.name]:.9g}."
+                )
+                break
+    return state, notes
 
 
 def _leads(p: Parameter) -> bool:

@@ -15,6 +15,7 @@ from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.materials import CONTACT_EXPONENT, HERTZ_EXPONENT
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -54,7 +55,7 @@ def _offered(
 
 
 def _law(
-    values: Mapping[str, float],
+    values: Mapping[str, Value],
     formulas: Callable[[Mapping[str, Any]], ContactLaw],
     definition: str,
     **known: Any,
@@ -115,7 +116,7 @@ def _elastic(body: int, whose: str) -> tuple[Parameter, Parameter]:
 
 @_offered(choices=("reload",), variants={"bilinear-hertz-two-bodies": {"bodies": 2}})
 def bilinear_hertz(
-    *, reload: ReloadLike = Reload.ELASTIC, bodies: int = 1, **parameters: float
+    *, reload: ReloadLike = Reload.ELASTIC, bodies: int = 1, **parameters: Value
 ) -> ContactLaw:
     """Return the paper's elasto-plastic law, (4)–(10): F_n = K_e δⁿ, and (5) after δ_max.
 
@@ -295,7 +296,7 @@ def _viscoelastic(
 
 
 @_offered()
-def hertz(*, bodies: int = 1, **parameters: float) -> ContactLaw:
+def hertz(*, bodies: int = 1, **parameters: Value) -> ContactLaw:
     """Return Hertz's elastic law F_n = K_e δⁿ (n = 3/2 by default), which dissipates nothing.
 
     K_e is that of `bilinear_hertz`; the reference length l_0 matters where n is not 3/2.
@@ -332,7 +333,7 @@ def _hertz(known: Mapping[str, Any]) -> ContactLaw:
 
 
 @_offered()
-def linear(**parameters: float) -> ContactLaw:
+def linear(**parameters: Value) -> ContactLaw:
     """Return the spring and dashpot F_n = k δ + c δ̇, released where the force would pull.
 
     Parameters
@@ -373,7 +374,7 @@ def _linear(known: Mapping[str, Any]) -> ContactLaw:
 
 
 @_offered()
-def hunt_crossley(*, bodies: int = 1, **parameters: float) -> ContactLaw:
+def hunt_crossley(*, bodies: int = 1, **parameters: Value) -> ContactLaw:
     """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression.
 
     K_e is that of `bilinear_hertz`; the reference length l_0 matters where n is not 3/2.

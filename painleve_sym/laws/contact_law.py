@@ -17,6 +17,7 @@ from painleve_sym.mechanics.declarations import (
     with_fields,
 )
 from painleve_sym.mechanics.deferred import Deferred
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -112,7 +113,7 @@ class ContactLaw(Deferred):
         space = " " if self.choices else ""
         return f"ContactLaw {self.name!r}{space}{settings_text(self.choices, self.parameters)}"
 
-    def with_parameters(self, **values: float) -> ContactLaw:
+    def with_parameters(self, **values: Value) -> ContactLaw:
         """Return the law with other defaults of its parameters; see `Mechanism.with_parameters`.
 
         Examples

@@ -16,6 +16,7 @@ from painleve_sym.mechanics.declarations import (
     with_defaults,
     with_fields,
 )
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -84,7 +85,7 @@ class RigidLaw:
         """Everything its derivations start from, as one text."""
         return f"rigid {self.restitution} {self.policy}"
 
-    def with_parameters(self, **values: float) -> RigidLaw:
+    def with_parameters(self, **values: Value) -> RigidLaw:
         """Return the law with another default of its coefficient, by the parameter's name."""
         (own,) = with_defaults(f"law {self.name!r}", self.parameters, values)
         return with_fields(self, e=own.default)

@@ -184,7 +184,7 @@ class ParameterSet:
 
 
 def with_defaults(
-    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+    where: str, declared: Sequence[Parameter], given: Mapping[str, Value]
 ) -> tuple[Parameter, ...]:
     """Return the parameters with the `given` values as their defaults."""
     values = ParameterSet(*declared).values(where, given)

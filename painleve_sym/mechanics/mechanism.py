@@ -212,7 +212,7 @@ class Mechanism(Shown, Deferred):
             make, start=self.start, outline=outline, definition=definition, **texts
         )
 
-    def with_parameters(self, **values: float) -> Mechanism:
+    def with_parameters(self, **values: Value) -> Mechanism:
         """Return the mechanism with other defaults of its parameters; nothing is derived again.
 
         Parameters

@@ -20,11 +20,11 @@ from painleve_sym.units import Value
 class SharedArguments(TypedDict, total=False):
     """Settings that runs and batches have; see `painleve_sym.simulate`."""
 
-    t_end: Required[float]
+    t_end: Required[Value]
     until: str | Sequence[str]
     rtol: float
-    first_step: float
-    max_step: float
+    first_step: Value
+    max_step: Value
     max_steps: int
     max_events: int
 
@@ -35,7 +35,7 @@ class RunArguments(SharedArguments, total=False):
     parameters: Mapping[str, Value] | None
     law_parameters: Mapping[str, Value] | None
     material: MaterialsLike | None
-    initial_force: float | None
+    initial_force: Value | None
     close: str | None
     atol: Array | None
     record: RecordLike

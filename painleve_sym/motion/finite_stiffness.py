@@ -29,6 +29,8 @@ from painleve_sym.motion.frozen_impact import (
     FrozenImpactSolver,
 )
 from painleve_sym.motion.law_numbers import loading_curve
+from painleve_sym.quantities import counted
+from painleve_sym.units import Value
 
 CONFIGURATIONS = ("frozen", "carried")
 """Coefficients of the start throughout, or moved to the mean time of the impulse of each part."""
@@ -284,8 +286,9 @@ class CorrectedJump:
 
     def __repr__(self) -> str:
         """Return mechanism, law, duration and end in one line."""
+        phases = counted(len(self.phases), "phase")
         return (
-            f"CorrectedJump of {self.mechanism!r} with law {self.law!r}: {len(self.phases)} phases "
+            f"CorrectedJump of {self.mechanism!r} with law {self.law!r}: {phases} "
             f"in {self.duration:.6g} s, ends in {self.end.name.lower()}"
         )
 
@@ -303,10 +306,10 @@ class CorrectedJump:
 def evaluate_corrected_jump(
     mechanism: MechanismLike,
     law: ContactLaw | str,
-    state: Mapping[str, float],
+    state: Mapping[str, Value],
     *,
-    parameters: Mapping[str, float] | None = None,
-    initial_force: float = 0.0,
+    parameters: Mapping[str, Value] | None = None,
+    initial_force: Value = 0.0,
     configuration: str = "frozen",
     engine: EngineLike = EngineName.AUTO,
 ) -> CorrectedJump:
@@ -349,7 +352,7 @@ def evaluate_corrected_jump(
     declared = ParameterSet(*mechanism.outline.parameters, *law.parameters)
     place = inside(mechanism.at(state, parameters, declared=declared, where=where))
     start, given = place.state, place.parameters
-    number(initial_force, "initial force", where=where, lower=0.0)
+    initial_force = number(initial_force, "initial force", where=where, unit="N", lower=0.0)
     _check_configuration(where, configuration)
     rule = CorrectedJumpRule(mechanism, law, engine)
     simulator = rule.solver.simulator

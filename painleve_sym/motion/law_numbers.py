@@ -11,6 +11,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.codegen.quantities import quantities
 from painleve_sym.mechanics.materials import MaterialsLike, material_values, two_materials
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator
@@ -37,13 +38,13 @@ def loading_curve(
 
 
 def compression_of_force(
-    simulator: Simulator, force: float, parameters: Mapping[str, float]
+    simulator: Simulator, force: Value, parameters: Mapping[str, float]
 ) -> float:
     """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
 
     The initial surface energy of the paper, (10), is given this way.
     """
-    number(force, "initial force", where=simulator.where, lower=0.0)
+    force = number(force, "initial force", where=simulator.where, unit="N", lower=0.0)
     _ = simulator.contact_law  # rejects laws without a loading curve
     values = {s: np.array([v]) for s, v in simulator.constants(parameters).items()}
     k, n = (float(v[0]) for v in loading_curve(simulator, values))

@@ -12,6 +12,7 @@ from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.engines.protocol import RawRun
 from painleve_sym.errors import InputError, StopReason
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator, Start
@@ -41,11 +42,11 @@ def initial_force_fault(simulator: Simulator) -> str:
     return ""
 
 
-def checked_force(simulator: Simulator, force: float) -> float:
+def checked_force(simulator: Simulator, force: Value) -> float:
     """Return an initial force; InputError where none can be given, or it is not a number >= 0."""
     if fault := initial_force_fault(simulator):
         raise InputError(f"{simulator.where}: {fault}")
-    return number(force, "initial force", where=simulator.where, lower=0.0)
+    return number(force, "initial force", where=simulator.where, unit="N", lower=0.0)
 
 
 def refuse_plastic(simulator: Simulator, values: Mapping[str, float]) -> None:

@@ -95,11 +95,11 @@ def simulate(
         Coordinates and velocities by name, SI units and rad; absent ones are 0. The mechanism's
         `start` where no state is given. A negative gap is a compression, which only a compliant
         contact may have.
-    t_end : float
-        s, > 0.
+    t_end : float or str
+        s, > 0; or a text with its unit, such as ``1 ms``.
     until : EventKind, its text, or several
         Kinds of events that end the run.
-    parameters, law_parameters : mapping of str to float
+    parameters, law_parameters : mapping of str to (float or str)
         Of the mechanism, and of the law; absent ones have their defaults. Parameters of laws may
         also be among the former: a name that both have is the mechanism's there, and the law's
         has ``_law`` behind it.
@@ -107,7 +107,7 @@ def simulate(
         Sets every parameter that stands for a property of it and is not given: one of both bodies,
         or those of the moving body and of the other, ``steel,rubber``. Natural periods of bars
         follow from it, for `Trajectory.notices`.
-    initial_force : float
+    initial_force : float or str
         Sets the initial compression so that the only, compliant contact carries this force; N.
         Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
         by it.
@@ -121,7 +121,7 @@ def simulate(
         Per state; by default scaled to the contact (see `Preparation.scales`).
     record : Record or its text
         Extent of the recorded run: ``dense``, ``events`` or ``end``.
-    first_step, max_step : float
+    first_step, max_step : float or str
         s; a first step of 0 lets the engine choose it.
     max_steps, max_events : int
         Where they are reached the run stops and says so.

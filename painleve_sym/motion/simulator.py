@@ -300,7 +300,7 @@ class Simulator:
         parameters: Mapping[str, Value] | None = None,
         law_parameters: Mapping[str, Value] | None = None,
         material: MaterialsLike | None = None,
-        initial_force: float | None = None,
+        initial_force: Value | None = None,
         close: str | None = None,
     ) -> Start:
         """Return the start of a run from the arguments of `simulate` besides its settings."""
@@ -323,7 +323,7 @@ class Simulator:
     def start(
         self,
         place: Place,
-        initial_force: float | None = None,
+        initial_force: Value | None = None,
         material: MaterialsLike | None = None,
     ) -> Start:
         """Return the start of a run; InputError where the laws or the domain do not admit it."""
@@ -384,6 +384,11 @@ class Simulator:
     def declared(self) -> ParameterSet:
         """The parameters of mechanism and laws."""
         return ParameterSet(*self.mechanism.outline.parameters, *self.own_parameters)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of every state and parameter, also of the laws, by name."""
+        return {**self.mechanism.units, **{p.name: p.unit for p in self.own_parameters}}
 
     def constants(self, parameters: Mapping[str, float]) -> dict[str, float]:
         """Return the values of all parameters and definitions by name."""

@@ -29,7 +29,7 @@ from painleve_sym.motion.records import EngineOutputs, EventRecord, Film, Motion
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
 from painleve_sym.notebooks import Shown
-from painleve_sym.quantities import unit_of
+from painleve_sym.quantities import counted, unit_of
 
 if TYPE_CHECKING:
     import pandas
@@ -128,7 +128,7 @@ class Trajectory(Shown):
         choices = "".join(f", {name} {value}" for name, value in self.choices.items())
         return (
             f"Trajectory of {self.mechanism!r} with law {self.law!r}{choices}: "
-            f"{_count(len(self.events), 'event')}, {_count(len(self.step_time), 'step')}, "
+            f"{counted(len(self.events), 'event')}, {counted(len(self.step_time), 'step')}, "
             f"end at t = {self.final_time:.6g} s ({self.stop_reason.label})"
         )
 
@@ -787,10 +787,6 @@ def labels(
         **{"mechanism": mechanism, "law": given["law"], "version": given["version"]},
         **{name: json.dumps(table) for name, table in tables.items()},
     }
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 # What a file has of the record, of the names, of the trajectory itself, and as arrays.

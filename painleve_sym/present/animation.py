@@ -22,10 +22,10 @@ from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.trajectory import Trajectory
-from painleve_sym.present.film import DPI, EVENT, GROUND, SLIP, FilmPicture, mechanism_figure
+from painleve_sym.present.film import DPI, GROUND, FilmPicture, mechanism_figure
 from painleve_sym.present.page import Page
 from painleve_sym.present.scene import Scene, film_times
-from painleve_sym.present.style import CONTACTS, NORMAL, REFERENCE, STYLE, TANGENTIAL
+from painleve_sym.present.style import CONTACTS, EVENT, NORMAL, REFERENCE, SLIP, STYLE, TANGENTIAL
 from painleve_sym.quantities import scaled_unit
 
 FORMATS = (".gif", ".mp4", ".html")

@@ -20,8 +20,9 @@ from painleve_sym.present.style import (
     COLUMN,
     CONTACTS,
     DASHES,
+    EVENT,
     NORMAL,
-    PALETTE,
+    SLIP,
     TANGENTIAL,
     event_label,
     styled,
@@ -43,7 +44,6 @@ INSET = 0.3
 """Part of the width of the view that a magnified contact takes."""
 TICKS = 7
 """Marks of the surface across a magnified contact."""
-SLIP, EVENT = PALETTE[3], PALETTE[4]
 SURFACE = "0.35"
 
 

@@ -30,7 +30,7 @@ from painleve_sym.present.page import (
 )
 from painleve_sym.present.style import ROUNDING, event_label, svg_text
 from painleve_sym.present.trajectory_figure import trajectory_figure
-from painleve_sym.quantities import quantity
+from painleve_sym.quantities import counted, quantity
 from painleve_sym.references import Reference, citation
 from painleve_sym.study.scenario import Scenario
 
@@ -46,9 +46,9 @@ def run_page(scenario: Scenario, run: Trajectory) -> Page:
     title = scenario.title or f"{mechanism.title}: motion with law {run.law}"
     end = "It reached the end time" if run.stop_reason is StopReason.T_END else "It ended at"
     why = "" if run.stop_reason is StopReason.T_END else f" ({run.stop_reason.label})"
+    events = counted(len(run.events), "event")
     lead = paragraph(
-        f"The motion has {len(run.events)} events. {end} t = {run.final_time:.10g} s{why}. "
-        f"{run.stop_detail}"
+        f"The motion has {events}. {end} t = {run.final_time:.10g} s{why}. {run.stop_detail}"
     )
     lead += "".join(paragraph(notice) for notice in run.notices)
     parts = [

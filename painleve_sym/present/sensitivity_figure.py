@@ -10,7 +10,15 @@ from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
-from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, styled
+from painleve_sym.present.style import (
+    COLUMN,
+    DASHES,
+    PALETTE,
+    REFERENCE,
+    legend_below,
+    legend_entries,
+    styled,
+)
 from painleve_sym.quantities import text_label
 
 _MARGIN = 1.02
@@ -55,6 +63,5 @@ def sensitivity_figure(
             axes.axvline(e.event.time * 1e3, label="_" if i else "event", **line)
     panels[1].set_ylabel(f"change of {label}")
     panels[1].set_xlabel(text_label("time", "ms"))
-    panels[1].legend(loc="best")
-
+    legend_below(figure, legend_entries(panels))
     return figure

@@ -53,6 +53,10 @@ DASHES: tuple[Any, ...] = (
 )
 CONTACTS = (PALETTE[0], PALETTE[3], PALETTE[4], PALETTE[1], PALETTE[2])
 """Colours of several contacts; each has its dashes, too."""
+SLIP, EVENT = "#6B6B00", "#882255"
+"""Colours of a slip velocity and of an event in films; contacts and forces have others."""
+TICKS = (EVENT, "#E69F00", "#7F7F7F", "#56B4E9", SLIP)
+"""Colours of the ticks of events that are too many to be marked."""
 STEPS = [1, 2, 2.5, 4, 5, 10]
 """Distances of the numbers along an axis, of a power of ten."""
 REFERENCE = "#7F7F7F"
@@ -267,9 +271,9 @@ def lay_out(figure: Figure) -> None:
     engine.execute(figure)
     figure.set_layout_engine("none")
     for axes in figure.axes:
-        for which, original in (("original", True), ("active", False)):
-            x, y, wide, high = axes.get_position(original=original).bounds
-            axes.set_position((round(x, 6), round(y, 6), round(wide, 6), round(high, 6)), which)
+        # Drawing makes the active place from the original one and the aspect of the panel.
+        x, y, wide, high = axes.get_position(original=True).bounds
+        axes.set_position((round(x, 6), round(y, 6), round(wide, 6), round(high, 6)))
 
 
 def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> None:

@@ -31,6 +31,7 @@ from painleve_sym.present.style import (
     STEPS,
     TALLEST,
     TANGENTIAL,
+    TICKS,
     Marker,
     event_label,
     fitted,
@@ -54,8 +55,6 @@ _FORCES = {
     "normal_force": ("F_n", NORMAL, DASHES[0]),
     "tangential_force": ("F_t", TANGENTIAL, DASHES[1]),
 }
-_TICKS = (PALETTE[3], PALETTE[4], "0.35", "#56B4E9", "#E69F00")
-"""Colours of the ticks of events that are too many to be marked."""
 _SYMBOLS = "sPX*hdp<"
 """Of events that have no mark of their own."""
 
@@ -274,7 +273,7 @@ def _draw_states(below: list[Axes], motion: _Motion) -> None:
 def _mark_events(axes: Axes, motion: _Motion, scale: float, normal: bool) -> None:
     """Mark events by ticks along the upper border, and on the normal force of the panel."""
     factor, _ = motion.unit_of_force
-    colours, symbols = itertools.cycle(_TICKS), itertools.cycle(_SYMBOLS)
+    colours, symbols = itertools.cycle(TICKS), itertools.cycle(_SYMBOLS)
     for kind, events in motion.events.items():
         label = event_label(kind) + (f" ({len(events)})" if len(events) > 1 else "")
         few = len(events) <= MAX_MARKERS

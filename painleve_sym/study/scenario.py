@@ -35,7 +35,6 @@ from painleve_sym.mechanics.toml.lines import TomlLines, toml_lines
 from painleve_sym.motion.rigidity import body_periods, rigidity_notices
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
-from painleve_sym.units import in_unit
 
 if TYPE_CHECKING:
     from painleve_sym.motion.finite_stiffness import CorrectedJump
@@ -351,16 +350,9 @@ FIELDS = {"restitution": "e", "rule": "restitution"}
 """Fields of a scenario by the key of a file or the option, where the two differ."""
 
 
-def read_value(value: Any, name: str, unit: str, where: str, **bounds: float) -> float:
-    """Return a number in an SI unit, given as such or as a text with its unit; InputError else."""
-    if isinstance(value, str):
-        value = in_unit(value, unit, f"{where}: {name}")
-    return number(value, name, where=where, **bounds)
-
-
 def _value(unit: str, **bounds: float) -> Reader:
     def read(faults: Faults, key: str, value: Any) -> dict[str, Any]:
-        return {key: read_value(value, key, unit, faults.where, **bounds)}
+        return {key: number(value, key, where=faults.where, unit=unit, **bounds)}
 
     return read
 
@@ -371,7 +363,7 @@ def _wrong(key: str, value: object, need: str) -> InputError:
 
 def _read_number(faults: Faults, key: str, value: Any) -> dict[str, Any]:
     bounds = {"lower": 0.0, "upper": 1.0} if key == "restitution" else {}
-    return {key: number(value, key, where=faults.where, **bounds)}
+    return {key: number(value, key, where=faults.where, unit=None, **bounds)}
 
 
 def _read_count(faults: Faults, key: str, value: Any) -> dict[str, Any]:
@@ -465,7 +457,7 @@ def _read_names(faults: Faults, mechanism: Mechanism, values: dict[str, Any]) ->
                 if name not in declared:
                     raise InputError(misplaced(name, of_law) or unknown_name(kind, name, declared))
                 at = ".".join((*path, name))
-                given[name] = read_value(value, at, declared[name].unit, faults.where)
+                given[name] = number(value, at, where=faults.where, unit=declared[name].unit)
                 if fault := declared[name].fault(given[name]):
                     raise InputError(fault)
     if "contact" in values:

@@ -140,8 +140,10 @@ def figure(data: dict[str, Any]) -> Figure:
                 rows = [r for r in data["rows"] if (r["program"], r["mu"]) == (program, mu)]
                 look = {"color": colour, "markerfacecolor": "none", "markersize": 4}
                 axes.plot([r["theta"] for r in rows], [r[name] for r in rows], mark, **look)
-    for axes, label in ((left, axis_label("P", "N s")), (right, axis_label(r"\dot y_A", "m/s"))):
-        axes.set(xlabel=axis_label(r"\theta", "rad"), ylabel=label)
+    left.set(ylabel=axis_label("P", "N s"), title="(a) impulse")
+    right.set(ylabel=axis_label(r"\dot y_A", "m/s"), title="(b) normal velocity")
+    for axes in (left, right):
+        axes.set_xlabel(axis_label(r"\theta", "rad"))
     look = {"color": "black", "linestyle": "none", "fillstyle": "none"}
     programs = {name: Line2D([], [], marker=mark, **look) for name, mark in marks.items()}
     legend_below(drawn, legend_entries([left]) | programs)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -95,7 +96,9 @@ def figure(results: Sequence[dict[str, Any]]) -> Figure:
         axes.tick_params(left=False, right=False)
         axes.margins(x=0.08)
         axes.grid(axis="y", color="0.92", linewidth=0.5)
-    panels[0].set_yticks(range(len(rows)), [name for name, _ in rows], fontsize=6.5)
+    power = re.compile(r"\d+e\+\d+")
+    names = [power.sub(lambda n: f"${number_latex(float(n[0]))}$", name) for name, _ in rows]
+    panels[0].set_yticks(range(len(rows)), names, fontsize=6.5)
     panels[0].invert_yaxis()
     legend_below(drawn, legend_entries(panels))
     return drawn

@@ -374,3 +374,9 @@ def test_simulate_says_where_its_energy_balance_does_not_close(capsys, monkeypat
     data = run_json(capsys, *case, code=3)
     assert data["energy_closes"] is False
     assert data["notices"][0].startswith("The energy balance is off by")
+
+
+def test_one_step_and_one_event_are_singular(capsys):
+    case = ("simulate", "rod", "--state", "y_A=1e-9,y_A_dot=-1,theta=1", "--law", "linear")
+    code, out, _ = run(capsys, *case, "--until", "touchdown", "--t-end", "1e-8")
+    assert code == 0 and "1 step, 1 event, rtol" in out

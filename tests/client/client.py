@@ -21,6 +21,8 @@ again: ps.Trajectory = simulator.run(start, t_end=1e-3, record=ps.Record.EVENTS)
 derivatives: ps.SensitiveTrajectory = simulator.sensitivities(start, ["mu"], t_end=1e-3)
 force: ps.CriticalForce = ps.critical_force(rod, law, start, border=ps.Border.COMPRESSION)
 regions: ps.RegionMap = ps.region_map("rod", ("theta", "theta_dot"), points=20)
+timed: ps.Trajectory = ps.simulate(rod, law, {"theta": "30 deg"}, t_end="1 ms", initial_force="5 N")
+ranged: ps.RegionMap = ps.region_map(rod, "theta,mu", ranges={"theta": ("10 deg", "80 deg")})
 event: ps.EventRecord = run.events[0]
 segment: ps.Segment = run.segments[0]
 solution: ps.ContactSolution = ps.classify(rod, start).solutions[0]
@@ -32,10 +34,10 @@ ps.simulate(rod, law, start, t_end=1e-3, engine="fortran")  # error: [arg-type]
 ps.simulate(rod, law, start, t_end=1e-3, tolerance=1e-9)  # error: [call-arg]
 ps.laws.rigid(policy="jump")  # error: [arg-type]
 ps.laws.bilinear_hertz(reload="never")  # error: [arg-type]
-ps.models.rod(mu="rough")  # error: [arg-type]
+ps.models.rod(mu=None)  # error: [arg-type]
 ps.models.ladder()  # error: [attr-defined]
 nonsense = ps.nonsense  # error: [attr-defined]
 ps.evaluate_jump(rod, "moreau", start)  # error: [arg-type]
-simulator.run(start, t_end="soon")  # error: [arg-type]
+simulator.run(start, t_end=None)  # error: [arg-type]
 dataset: int = run.to_xarray()  # error: [assignment]
 energy = run.energy  # error: [attr-defined]

@@ -13,12 +13,12 @@ const web = process.env.EXPLORER_WEB;
 const own = (name) => import(pathToFileURL(path.join(web, name)).href);
 const { defaults, fault, fromText, toText } = await own("settings.js");
 const { Clock } = await own("clock.js");
-const { pretty, settled, short, span, ticks, whole, zeros } = await own("draw.js");
+const { Frame, pretty, settled, short, span, symbols, ticks, whole, zeros } = await own("draw.js");
 const { caseOf, rangeAround } = await own("map.js");
 const { load, unpacked } = await own("engine.js");
 const { linesOf, notes } = await own("problem.js");
 const { sliderScale } = await own("controls.js");
-const { afterImpact, modeWords, remarks } = await own("motion.js");
+const { afterImpact, eventWords, modeWords, remarks } = await own("motion.js");
 const { Scene, magnification, windowOf } = await own("scene.js");
 
 /** As much of a document as drawings need: elements with attributes and children. */
@@ -113,6 +113,33 @@ test("playing time and time are inverse, increasing, and magnify where steps are
   assert.ok(new Clock(times, 0.7).slowing(0.5) > 1000);
 });
 
+test("playing time has no corners where steps of different lengths meet", () => {
+  const clock = new Clock([0, 1, 1.5, 1.7, 3, 3.1, 5], 0.8);
+  const rate = (part, side) => (clock.time(part + side * 1e-7) - clock.time(part)) / (side * 1e-7);
+  for (const part of clock.parts.slice(1, -1)) {
+    assert.ok(Math.abs(rate(part, 1) - rate(part, -1)) < 1e-4 * rate(part, 1));
+  }
+  // Steps of no length, as of an impact at the start, take their share of the animation.
+  const still = new Clock([0, 0, 0, 1], 0.6);
+  assert.deepEqual([still.time(0.2), still.time(1)], [0, 1]);
+  assert.ok(new Clock([0, 0, 1], 0).time(0.5) === 0.5);
+});
+
+test("lines of events say what they are, and which are left out", () => {
+  assert.equal(eventWords(3), "events, numbered as below");
+  assert.equal(eventWords(13), "events");
+  assert.equal(eventWords(61), "events, the first 60 of 61");
+});
+
+test("indices of symbols are lowered in texts and drawings", () => {
+  const [before, index, after] = symbols("F_n of left, μ = 1");
+  assert.deepEqual([before, index.tag, index.children, after], ["F", "sub", ["n"], " of left, μ = 1"]);
+  assert.deepEqual(symbols("two feet, left_foot"), ["two feet, left_foot"]);
+  const axes = new Frame([0, 1], [0, 1]).axes("x\u0307_A (m/s)", "a_n").all();
+  const own = axes.filter((e) => e.tag === "tspan").map((e) => [e.children[0], e.attributes.dy]);
+  assert.deepEqual(own, [["A", "2.5"], [" (m/s)", "-2.5"], ["n", "2.5"]]);
+});
+
 test("numbers are written short or whole", () => {
   assert.equal(short(0.00040886242), "4.0886·10⁻⁴");
   assert.equal(short(-1.5), "−1.5");
@@ -171,6 +198,9 @@ test("a start that is not at rest on its contact is said so", () => {
   assert.equal(said(0.1, -2), "The contact is open, gap 0.1 m; here it is taken as closed.");
   assert.equal(said(-0.1, 0), "The contact is compressed by 0.1 m.");
   assert.equal(said(0, 0, 0), "At rest sticking is possible, and slip to either side.");
+  const rest = { inside: "", state: { gap: 0, rate: 0 }, A_neg: 1, A_pos: 0 };
+  assert.equal(notes({ ...rest, slip: -1, B: 0 }, contact).join(" "), "It lies on the border of two cases: B = 0.");
+  assert.equal(notes({ ...rest, slip: 1, B: 2 }, contact).join(" "), "It lies on the border of two cases: A = 0.");
 });
 
 test("modes are words, and those of the glossary are marked", () => {

@@ -258,10 +258,17 @@ def test_the_law_and_its_choices_stand_on_the_page(opened):
         "(all) => all.map((li) => [li.textContent, li.firstChild.className.split(' ')[2]])"
     )
     assert curves == [
-        [f"{name}, {kind}", force]
-        for kind in ("compliant", "rigid")
-        for name, force in (("F_n", "normal"), ("F_t", "tangential"))
+        *(
+            [f"{name}, {kind}", force]
+            for kind in ("compliant", "rigid")
+            for name, force in (("Fn", "normal"), ("Ft", "tangential"))
+        ),
+        ["events, numbered as below", "event"],
     ]
+    # Symbols are typeset: no index stands on the line.
+    texts = "(all) => all.map((e) => e.textContent).filter((text) => /\\p{L}_/u.test(text))"
+    shown = page.locator("li, p, th, dt, .name, svg text, svg tspan")
+    assert shown.count() > 50 and shown.evaluate_all(texts) == []
     assert law.inner_text() == (
         "Contact law: bilinear-hertz, reload elastic; beside it rigid, restitution energetic, "
         "policy liftoff."
@@ -482,8 +489,34 @@ def test_words_are_explained_and_panels_lead_to_the_documentation(opened):
     links = page.locator("section a").evaluate_all(hrefs)
     pages = ("impacts", "maps", "complementarity", "reference/events")
     assert links == [f"../{name}.html" for name in pages]
+    assert "stands alone" not in page.locator("footer").inner_text()
     page.locator("summary", has_text="Words").click()
     assert page.locator("footer dd").count() == len(explore("rod").data["words"])
+
+
+def test_a_page_without_documentation_names_its_pages_and_says_why(browser, tmp_path):
+    file = tmp_path / "alone.html"
+    explore("rod", out=file)
+    page = browser.new_page()
+    page.goto(f"file://{file}")
+    page.wait_for_selector("[data-ready]")
+    names = [f"docs/{name}.md" for name in ("impacts", "maps", "complementarity")]
+    assert page.locator("section code").all_inner_texts() == [*names, "docs/reference/events.md"]
+    assert page.locator("a").count() == 0
+    assert "painleve explore --docs ADDRESS makes links" in page.locator("footer").inner_text()
+    page.close()
+
+
+def test_many_events_are_counted_where_not_all_are_shown(opened):
+    page = opened("block-two-feet", "t-end=0.1")
+    count = len(rows(page, 1))
+    (text,) = [t for t in page.locator(".motion .legend li").all_inner_texts() if "events" in t]
+    lines = page.locator(".motion svg .event").count()
+    assert lines == 60 and re.fullmatch(r"events, the first 60 of \d+", text)
+    total = int(text.split()[-1])
+    assert total > 200 and count == 201
+    caption = page.locator("caption").nth(1).inner_text()
+    assert caption == f"Events, compliant, the first 200 of {total}"
 
 
 def test_each_colour_has_one_meaning():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import re
 import subprocess
 import sys
@@ -17,7 +18,7 @@ from painleve_sym.errors import CompilerMissing
 from painleve_sym.explorer import page, script, wasm
 from painleve_sym.explorer.first_map import first_map
 from painleve_sym.explorer.prebuilt import STORED, default_law, stored_digest, stored_module
-from painleve_sym.explorer.source import ModuleSource
+from painleve_sym.explorer.source import ModuleSource, exact_start
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice
 from tests.cli.cli_helpers import run, run_json
@@ -154,6 +155,73 @@ def test_few_quantities_stand_first():
     every = [*description["states"], *description["parameters"]]
     leading = [q["name"] for q in every if q["leading"]]
     assert leading == ["theta", "x_A_dot", "theta_dot", "mu", "E", "e_energetic"]
+
+
+WEDGE = """
+[coordinates]
+x = { unit = "m", meaning = "place of the wedge's tip" }
+y = { unit = "m", meaning = "height of the wedge above the floor" }
+z = { unit = "m", meaning = "height of the foot of the post" }
+[parameters]
+M = { default = 3.0, unit = "kg", meaning = "mass of each", positive = true }
+k = { default = 500.0, unit = "N/m", meaning = "stiffness of the spring", positive = true }
+alpha = { default = 0.35, unit = "rad", meaning = "angle of the wedge", upper = 1.5 }
+mu_1 = { default = 0.3, unit = "1", meaning = "friction wedge on floor" }
+mu_2 = { default = 0.2, unit = "1", meaning = "friction post on wedge" }
+[[bodies]]
+name = "wedge"
+mass = "M"
+centre = ["x + 0.2", "y + 0.05"]
+[[bodies]]
+name = "post"
+mass = "M"
+centre = ["0.1", "z + 0.2"]
+[[springs]]
+extension = "0.1*t - x"
+stiffness = "k"
+[[contacts]]
+name = "floor"
+point = ["x", "y"]
+friction = "mu_1"
+[[contacts]]
+name = "face"
+gap = "(z - y - (0.1 - x)*tan(alpha))*cos(alpha)"
+slip_velocity = "-x_dot*cos(alpha) + (z_dot - y_dot)*sin(alpha)"
+friction = "mu_2"
+[start]
+z = 0.0365
+x_dot = 0.05
+"""
+
+
+def test_a_start_that_is_compressed_by_rounding_is_closed(tmp_path):
+    path = tmp_path / "wedge.toml"
+    path.write_text(f'name = "wedge"\ntitle = "wedge under a post"\ngravity = "9.81"\n{WEDGE}')
+    wedge = ps.load_mechanism(path)
+    state, notes = exact_start(wedge)
+    assert state["z"] == pytest.approx(0.1 * math.tan(0.35), rel=1e-12)
+    assert {n: v for n, v in state.items() if n != "z"} == {
+        n: wedge.start.get(n, 0.0) for n in state if n != "z"
+    }
+    assert notes == [
+        "z is 0.0365028495 m, which closes the contact face; the mechanism's start has 0.0365."
+    ]
+    # A compression that is meant stays, and so do exact starts.
+    pressed = dataclasses.replace(wedge, start={"z": 0.03})
+    assert exact_start(pressed) == ({**state, "z": 0.03, "x_dot": 0.0}, [])
+    rod = ps.model("rod")
+    assert exact_start(rod) == ({**dict.fromkeys(rod.state_names, 0.0), **rod.start}, [])
+
+
+def test_the_first_map_prefers_a_contact_whose_start_is_not_on_a_border(monkeypatch):
+    feet = ps.model("block-two-feet")
+    assert first_map(feet, [-1, -1]).contact == 0
+    # With mu_A at W_nn / W_nt the slope A of the first foot is zero at the start.
+    at = ps.classify(feet, feet.start).problem
+    border = at.W[0, 0] / abs(at.W[0, 1])
+    held = feet.with_parameters(mu_A=border)
+    slip = -1 if at.W[0, 1] < 0 else 1
+    assert first_map(held, [slip, slip]).contact == 1
 
 
 @pytest.mark.filterwarnings("ignore:at .* points the state has a gap")

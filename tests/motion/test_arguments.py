@@ -62,7 +62,7 @@ def test_signature_names_every_argument_with_its_default(function, kind):
     assert set(kind.__annotations__) < set(parameters)
     assert all(p.kind is not p.VAR_KEYWORD for p in parameters.values())
     assert parameters["t_end"].default is inspect.Parameter.empty
-    assert parameters["t_end"].annotation == "float"
+    assert parameters["t_end"].annotation == "Value"
     for name in SETTINGS & set(parameters) - {"t_end"}:
         assert parameters[name].default is getattr(RunSettings(1.0), name)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -129,6 +130,18 @@ def _outcomes(**changes) -> OutcomeMap:
         "compression": compression, "state": {}, "parameters": {},
     }  # fmt: skip
     return OutcomeMap(**(given | changes))
+
+
+def test_each_colour_of_a_motion_has_one_meaning():
+    from painleve_sym.present import style
+
+    meanings = [
+        *style.CONTACTS[1:],
+        *(style.NORMAL, style.TANGENTIAL, style.SLIP, style.EVENT),
+        *style.TICKS[1:-1],
+    ]
+    colours = {to_hex(colour) for colour in meanings}
+    assert len(colours) == len(meanings)
 
 
 def test_borders_of_outcomes_are_the_bisected_ones():

@@ -25,6 +25,7 @@ from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
 
 LAWS = ("poisson", "energetic", "newton")
+NAMES = {"poisson": "Poisson", "energetic": "energetic", "newton": "Newton"}
 STATE, PUSH = {"phi": 2.9}, {"F": -10.0}
 CART = ps.model("cart-pendulum")
 
@@ -60,7 +61,10 @@ def speeds(law: str, e: float, t_end: float) -> tuple[Any, Any, Any]:
 
 def study(points: int) -> dict[str, Any]:
     """Return all numbers of the study."""
-    numbers: dict[str, Any] = {"mechanism": CART.name, "state": STATE, "push": PUSH, "laws": {}}
+    computed = {"version": ps.__version__, "law": f"rigid, with restitution {', '.join(LAWS)}"}
+    numbers: dict[str, Any] = {
+        "computed": computed, "mechanism": CART.name, "state": STATE, "push": PUSH, "laws": {}
+    }  # fmt: skip
     for law in LAWS:
         rows = []
         for e in np.linspace(0.2, 1.0, points):
@@ -94,7 +98,7 @@ def figure(data: dict[str, Any]) -> Figure:
             rows = data["laws"][law]["ratios"]
             e = np.linspace(0.2, 1.0, 41)
             closed = [closed_form(law, float(x)) for x in e]
-            right.plot(e, closed, color=color, linestyle=dash, label=law)
+            right.plot(e, closed, color=color, linestyle=dash, label=NAMES[law])
             measured = [r["measured"] for r in rows]
             right.plot([r["e"] for r in rows], measured, "o", color=color, markersize=3)
         right.axhline(1, color=REFERENCE, linewidth=0.6)

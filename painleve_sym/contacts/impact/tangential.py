@@ -16,6 +16,7 @@ from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism, Place
+from painleve_sym.units import Value
 
 _SLIP_VELOCITY = "v_t"
 """Name of the slip velocity in the closed forms."""
@@ -71,9 +72,9 @@ class TangentialImpact:
 
 def tangential_impact(
     mechanism: MechanismLike,
-    state: Mapping[str, float],
+    state: Mapping[str, Value],
     *,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Value] | None = None,
 ) -> TangentialImpact:
     """Return the tangential impact of a bilateral contact at a state of slip.
 

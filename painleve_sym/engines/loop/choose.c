@@ -29,7 +29,8 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
   int lasts = 1, idle = 0, ends = 1, positive = 0;
   specialise(s);
   field(s, s->x, s->k[0]);
-  const double h = first_step(s, o);
+  /* Later no derivative counts, however slow the motion is: the run has ended. */
+  const double h = PS_MIN(first_step(s, o), s->t_end - s->t);
   *missed = HUGE_VAL;
   if (!isfinite(h)) return 0;
   *missed = 0;

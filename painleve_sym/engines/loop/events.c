@@ -124,6 +124,7 @@ static double first_step(ps_run *s, const ps_options *o) {
 
 /* Enters the mode in s->mode: transitions that must happen at once do, then guards are armed. */
 static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible) {
+  double ahead = 0; /* time by which a guard that fired at once was before its zero */
   for (int chain = 0; s->reason == PS_RUNNING; chain++) {
     specialise(s);
     const ps_variant *v = &PS_VARIANTS[s->variant];
@@ -138,7 +139,8 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
       s->reason = PS_NON_FINITE;
       return;
     }
-    const double zero = PS_ZERO_TIME * s->h_ref, moment = PS_MOMENT * fabs(s->t);
+    /* What follows an event that was ahead of its zero is as near to zero, however short its steps. */
+    const double zero = PS_ZERO_TIME * s->h_ref, moment = PS_MAX(PS_MOMENT * fabs(s->t), 2 * ahead);
     int fire = -1;
     for (int j = 0; j < v->n && fire < 0; j++) {
       const int left = (departs >> v->transition[j]) & 1;
@@ -149,6 +151,7 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
 #endif
       s->armed[j] = side > 0;
       if (side < 0) fire = v->transition[j];
+      if (side < 0 && s->g[j] > 0 && s->dg[j] < 0) ahead = PS_MAX(ahead, s->g[j] / -s->dg[j]);
     }
     if (fire < 0 && PS_MODES[s->mode].immediate) fire = PS_MODES[s->mode].n;
     if (fire < 0) return;

@@ -2,8 +2,8 @@
  * contacts/impact/simultaneous.py. Nothing here knows a model. */
 
 #ifdef PS_RIGID
-/* Ways in which a contact may push: apart, held with slip to either side and stuck, pushing likewise. */
-#define PS_WAYS 7
+/* Most pieces of the law of a contact: apart, held with slip to either side and stuck, pushing likewise. */
+#define PS_PIECES_OF_LAW 7
 
 enum { PS_ENERGETIC, PS_POISSON, PS_NEWTON };
 
@@ -59,19 +59,141 @@ typedef struct {
   double impulses[PS_ROWS], works[PS_ROWS]; /* of all pieces so far */
 } ps_path;
 
-/* One way to push: dP/dtau = fixed + directions * unknowns, rates that the unknowns make vanish, and
- * `sign * dv_entry/dtau >= 0`. Entries are 0 normal, 1 tangential. `side` is the sign of dP_n/dtau of
- * a guide that slips, or 0 for either. */
+/* What a contact does. */
+enum { PS_APART, PS_SLIP_POS, PS_SLIP_NEG, PS_STUCK };
+
+/* A piece of the law of one contact, linear in its force F and acceleration a, or in dP/dtau and
+ * dv/dtau: F = fixed + directions * unknowns, entries of a that the unknowns make vanish, and
+ * `sign * a_entry >= 0`. Entries are 0 normal, 1 tangential. `side` is the sign of F_n of a guide that
+ * slips, or 0 for either. */
 typedef struct {
   double fixed[2], direction[2][2];
-  int unknowns, vanishing[2], inequalities, entry[2], sign[2], side;
-} ps_way;
+  int mode, unknowns, vanishing[2], inequalities, entry[2], sign[2], side;
+} ps_piece;
+
+/* The pieces of all contacts, those that stand `at` their places taken together. */
+typedef struct {
+  ps_piece offered[PS_RIGID][PS_PIECES_OF_LAW];
+  int count[PS_RIGID], at[PS_RIGID];
+  const ps_piece *taken[PS_RIGID];
+} ps_pieces;
+
+/* The linear system of the pieces taken: rows of a that vanish, columns of F that extend. */
+typedef struct {
+  int size, row[PS_ROWS], contact[PS_ROWS];
+  const double *along[PS_ROWS];
+  ps_square matrix;
+} ps_system;
+
+/* ---- pieces of the law, and the systems that they make ---- */
+
+/* A contact that stays closed, with a normal force of the sign `side`. */
+static void close_piece(int mode, double mu, int side, ps_piece *piece) {
+  const double slope = side * mu;
+  memset(piece, 0, sizeof *piece);
+  piece->mode = mode;
+  piece->unknowns = 1 + (mode == PS_STUCK && mu > 0);
+  piece->vanishing[1] = 1;
+  piece->direction[0][0] = piece->direction[1][1] = 1;
+  if (mode == PS_SLIP_POS && mu > 0) piece->direction[0][1] = -slope;
+  if (mode == PS_SLIP_NEG) piece->direction[0][1] = slope;
+}
+
+/* The same with a normal force that is given. */
+static void give_normal(ps_piece *piece, double force) {
+  for (int entry = 0; entry < 2; entry++) {
+    piece->fixed[entry] = force * piece->direction[0][entry];
+    piece->direction[0][entry] = piece->direction[1][entry];
+  }
+  piece->vanishing[0] = 1;
+  piece->unknowns--;
+}
+
+static void with_sign(ps_piece *piece, int entry, int sign) {
+  piece->entry[piece->inequalities] = entry;
+  piece->sign[piece->inequalities++] = sign;
+}
+
+/* What a closed contact may do with the slip velocity v_t: slip on, or begin to slip either way, or
+ * stick; with either sign of F_n where `guided`. Without friction no piece depends on a direction. */
+static int closed_pieces(double mu, double v_t, int guided, ps_piece *pieces) {
+  const int rests = v_t == 0 && mu > 0, sides = guided && mu > 0;
+  int n = 0;
+  for (int k = 0; k < 1 + rests; k++)
+    for (int side = 1; side >= (sides ? -1 : 1); side -= 2) {
+      ps_piece *piece = &pieces[n++];
+      close_piece(mu > 0 && (v_t < 0 || k) ? PS_SLIP_NEG : PS_SLIP_POS, mu, side, piece);
+      if (sides) piece->side = side;
+      if (rests) with_sign(piece, 1, k ? -1 : 1);
+    }
+  if (rests) close_piece(PS_STUCK, mu, 1, &pieces[n++]);
+  return n;
+}
+
+static int apart_piece(ps_piece *piece) {
+  memset(piece, 0, sizeof *piece);
+  return 1;
+}
+
+static void take_first(int n, ps_pieces *pieces) {
+  memset(pieces->at, 0, sizeof pieces->at);
+  for (int i = 0; i < n; i++) pieces->taken[i] = pieces->offered[i];
+}
+
+/* Takes the next combination; 0 after the last. */
+static int take_next(int n, ps_pieces *pieces) {
+  for (int i = n - 1; i >= 0; i--) {
+    pieces->at[i] = (pieces->at[i] + 1) % pieces->count[i];
+    pieces->taken[i] = &pieces->offered[i][pieces->at[i]];
+    if (pieces->at[i]) return 1;
+  }
+  return 0;
+}
+
+/* Writes the fixed part of the forces, and the system of the unknown one. */
+static void make_system(int n, ps_square W, const ps_piece *const *taken, double *force,
+                        ps_system *system) {
+  int k = 0;
+  for (int i = 0; i < n; i++) {
+    force[PS_N(i)] = taken[i]->fixed[0];
+    force[PS_T(i, 0)] = taken[i]->fixed[1];
+    for (int u = 0; u < taken[i]->unknowns; u++) {
+      system->row[k] = PS_ROW(i, taken[i]->vanishing[u]);
+      system->contact[k] = i;
+      system->along[k++] = taken[i]->direction[u];
+    }
+  }
+  system->size = k;
+  for (int r = 0; r < k; r++)
+    for (int c = 0; c < k; c++) {
+      const double *row = &W[system->row[r]][PS_N(system->contact[c])];
+      const double first = row[0] * system->along[c][0], second = row[1] * system->along[c][1];
+      const double terms = fabs(first) + fabs(second), sum = first + second;
+      /* A sign that rounding leaves would be an accident. */
+      system->matrix[r][c] = fabs(sum) <= PS_DIFFERENCE_ROUNDING * terms ? 0 : sum;
+    }
+}
+
+/* Adds what the unknowns x make of the forces. */
+static void extend(const ps_system *system, const double *x, double *force) {
+  for (int c = 0; c < system->size; c++)
+    for (int entry = 0; entry < 2; entry++)
+      force[PS_ROW(system->contact[c], entry)] += system->along[c][entry] * x[c];
+}
+
+/* Tells the step what it is made of. */
+static void note_system(const ps_system *system, ps_step *step) {
+  step->unknowns = system->size;
+  for (int c = 0; c < system->size; c++) {
+    step->row[c] = system->row[c];
+    for (int entry = 0; entry < PS_AXES; entry++)
+      step->column[PS_ROW(system->contact[c], entry)][c] = system->along[c][entry];
+  }
+}
 
 static double rounded_to_nine(double x) { return nearbyint(x * 1e9); }
 
 /* ---- impulses that stop all contacts at once ---- */
-
-enum { PS_APART, PS_SLIP_POS, PS_SLIP_NEG, PS_STUCK };
 
 /* The contact problem of contacts without slip, a = aim + W P with 0 <= P_n, a_n >= 0, P_n a_n = 0, or
  * a_n = 0 where held, and friction against a_t, scaled row by row by powers of two. */
@@ -194,38 +316,14 @@ static void shown_modes(const ps_problem *p, const double *P, int *mode) {
   }
 }
 
-/* Impulses of the local modes given, slips with normal impulses to the sides given; 0: there are none. */
-static int impulses_of(const ps_problem *p, const int *mode, const int *side, double *P) {
-  ps_square block;
-  int k = 0, rows[PS_ROWS], contact[PS_ROWS];
-  double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS];
-  for (int i = 0; i < p->n; i++) {
-    if (mode[i] == PS_APART) continue;
-    for (int entry = 0; entry < 1 + (mode[i] == PS_STUCK); entry++) {
-      rows[k] = PS_ROW(i, entry);
-      contact[k] = i;
-      along[k][0] = !entry;
-      along[k][1] = mode[i] == PS_STUCK      ? entry
-                    : mode[i] == PS_SLIP_POS ? -side[i] * p->mu[i]
-                                             : side[i] * p->mu[i];
-      k++;
-    }
-  }
-  for (int r = 0; r < k; r++) {
-    right[r] = -p->aim[rows[r]];
-    for (int c = 0; c < k; c++) {
-      const double *W = &p->W[rows[r]][PS_N(contact[c])];
-      double first = W[0] * along[c][0], second = W[1] * along[c][1], sum = first + second;
-      block[r][c] =
-          fabs(sum) <= PS_DIFFERENCE_ROUNDING * (fabs(first) + fabs(second)) ? 0 : sum;
-    }
-  }
-  if (!solved(k, block, right, x)) return 0;
-  for (int i = 0; i < PS_SIZE(p->n); i++) P[i] = 0;
-  for (int c = 0; c < k; c++) {
-    P[PS_N(contact[c])] += along[c][0] * x[c];
-    P[PS_T(contact[c], 0)] += along[c][1] * x[c];
-  }
+/* Impulses of the pieces taken; 0: there are none. */
+static int impulses_of(const ps_problem *p, const ps_piece *const *taken, double *P) {
+  ps_system system;
+  double right[PS_ROWS], x[PS_ROWS];
+  make_system(p->n, (double (*)[PS_ROWS])p->W, taken, P, &system);
+  for (int r = 0; r < system.size; r++) right[r] = -p->aim[system.row[r]];
+  if (!solved(system.size, system.matrix, right, x)) return 0;
+  extend(&system, x, P);
   return 1;
 }
 
@@ -239,12 +337,6 @@ static int is_less(const ps_problem *p, const double *sum, const double *P, cons
       if (fabs(P[i] - Q[i]) > PS_DISTINCT * PS_MAX(fabs(P[i]), fabs(Q[i]))) return P[i] < Q[i];
   return 0;
 }
-
-/* Modes that a contact may have, with the sides of the normal impulse. */
-static const int PS_OPENING[4][2] = {
-    {PS_APART, 1}, {PS_SLIP_POS, 1}, {PS_SLIP_NEG, 1}, {PS_STUCK, 1}};
-static const int PS_GUIDED[5][2] = {
-    {PS_SLIP_POS, 1}, {PS_SLIP_NEG, 1}, {PS_STUCK, 1}, {PS_SLIP_POS, -1}, {PS_SLIP_NEG, -1}};
 
 /* Whether impulses change a velocity by more than rounding. */
 static int changes_velocity(const ps_problem *p, const double *P) {
@@ -276,24 +368,20 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
                           double *a, int *mode) {
   const int n = path->n;
   ps_problem p;
-  int choice[PS_RIGID] = {0}, offered[PS_RIGID] = {0}, shown[PS_RIGID] = {0}, side[PS_RIGID] = {0};
-  int count = 1;
-  int possible = 0;
+  ps_pieces pieces;
+  int shown[PS_RIGID], possible = 0;
   double best[PS_ROWS], least[2] = {0}, now[PS_ROWS], terms;
   scaled_problem(n, W, aim, path->mu, path->held, &p);
-  /* Without friction no mode depends on a direction. */
   for (int i = 0; i < n; i++) {
-    offered[i] = path->held[i] ? (path->mu[i] > 0 ? 5 : 1) : path->mu[i] > 0 ? 4 : 2;
-    count *= offered[i];
+    ps_piece *offered = pieces.offered[i];
+    const int opens = path->held[i] ? 0 : apart_piece(offered);
+    pieces.count[i] = opens + closed_pieces(p.mu[i], 0, path->held[i], offered + opens);
   }
-  for (int k = 0; k < count; k++) {
+  take_first(n, &pieces);
+  do {
     double sum[2] = {0};
-    for (int i = 0; i < n; i++) {
-      const int *offer = path->held[i] ? PS_GUIDED[choice[i]] : PS_OPENING[choice[i]];
-      shown[i] = offer[0];
-      side[i] = offer[1];
-    }
-    if (impulses_of(&p, shown, side, now) && cleaned_impulses(&p, shown, now) <= PS_RESIDUAL &&
+    for (int i = 0; i < n; i++) shown[i] = pieces.taken[i]->mode;
+    if (impulses_of(&p, pieces.taken, now) && cleaned_impulses(&p, shown, now) <= PS_RESIDUAL &&
         (!moving || changes_velocity(&p, now))) {
       for (int i = 0; i < n; i++) {
         const double normal = now[PS_N(i)];
@@ -309,8 +397,7 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
         possible = PS_MAX(possible, 1);
       }
     }
-    for (int i = n - 1; i >= 0 && ++choice[i] == offered[i]; i--) choice[i] = 0;
-  }
+  } while (take_next(n, &pieces));
   if (!possible) return 0;
   for (int i = 0; i < PS_SIZE(n); i++) P[i] = best[i] * p.unit[i];
   for (int i = 0; i < PS_SIZE(n); i++) {
@@ -351,61 +438,40 @@ static int is_limit(const ps_path *path, const double *aim, const double *P, con
   return worst <= PS_MISSED;
 }
 
-/* The rates that the modes of impulses P make vanish, and the directions of the impulses that do so. */
-static int unknowns_of(const ps_path *path, const int *mode, const double *P, int *held,
-                       double (*along)[2]) {
-  int k = 0;
-  for (int i = 0; i < path->n; i++) {
-    const int sticks = mode[i] == PS_STUCK && path->mu[i] > 0;
-    const double mu = P[PS_N(i)] < 0 ? -path->mu[i] : path->mu[i];
-    const double slope = mode[i] == PS_SLIP_POS ? -mu : mode[i] == PS_SLIP_NEG ? mu : 0;
-    for (int entry = 0; mode[i] != PS_APART && entry < 1 + sticks; entry++, k++) {
-      held[k] = PS_ROW(i, entry);
-      along[k][0] = !entry;
-      along[k][1] = sticks ? entry : slope;
-    }
-  }
-  return k;
-}
-
 /* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open, and `moving`
  * where they have to change a velocity; 0: there are none. The step takes what made them. */
 static int impulses_at_once(const ps_path *path, const double *aim, int moving, double *P, double *a,
                             ps_step *step) {
   const int n = path->n, rows = PS_SIZE(n);
-  int mode[PS_RIGID], k, held[PS_ROWS], possible;
-  double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS], largest = 0;
-  ps_square W, matrix;
+  int mode[PS_RIGID], possible;
+  ps_piece piece[PS_RIGID];
+  const ps_piece *taken[PS_RIGID];
+  ps_system system;
+  double fixed[PS_ROWS], right[PS_ROWS], x[PS_ROWS], largest = 0;
+  ps_square W;
   memcpy(W, path->W, sizeof W);
   for (int i = 0; i < rows; i++) largest = PS_MAX(largest, W[i][i]);
   for (int i = 0; i < rows && path->singular; i++) W[i][i] += PS_MORE_MOBILITY * largest;
   possible = least_impulses(path, W, aim, moving, P, a, mode);
   if (!possible) return 0;
-  k = unknowns_of(path, mode, P, held, along);
-  step->alone = possible < 2;
-  step->unknowns = k;
-  for (int c = 0; c < k; c++) {
-    step->row[c] = held[c];
-    for (int entry = 0; entry < PS_AXES; entry++)
-      step->column[PS_ROW(PS_CONTACT_OF(held[c]), entry)][c] = along[c][entry];
+  for (int i = 0; i < n; i++) {
+    taken[i] = &piece[i];
+    if (mode[i] == PS_APART) apart_piece(&piece[i]);
+    else close_piece(mode[i], path->mu[i], P[PS_N(i)] < 0 ? -1 : 1, &piece[i]);
   }
+  make_system(n, (double (*)[PS_ROWS])path->W, taken, fixed, &system);
+  step->alone = possible < 2;
+  note_system(&system, step);
   if (!path->singular) return 1;
   /* The limit of ever less mobility added, in the same modes. */
-  for (int r = 0; r < k; r++) right[r] = -aim[held[r]];
-  for (int r = 0; r < k; r++)
-    for (int c = 0; c < k; c++) {
-      const double *row = &path->W[held[r]][PS_N(PS_CONTACT_OF(held[c]))];
-      matrix[r][c] = row[0] * along[c][0] + row[1] * along[c][1];
-    }
-  for (int i = 0; i < rows; i++) P[i] = 0;
-  if (k) solve_in_range(k, matrix, right, x);
-  for (int c = 0; c < k; c++)
-    for (int entry = 0; entry < 2; entry++)
-      P[PS_ROW(PS_CONTACT_OF(held[c]), entry)] += along[c][entry] * x[c];
+  for (int r = 0; r < system.size; r++) right[r] = -aim[system.row[r]];
+  memcpy(P, fixed, sizeof fixed);
+  if (system.size) solve_in_range(system.size, system.matrix, right, x);
+  extend(&system, x, P);
   for (int i = 0; i < n; i++)
     if (!path->held[i]) P[PS_N(i)] = PS_MAX(P[PS_N(i)], 0);
-  if (!is_limit(path, aim, P, held, k, a)) return 0;
-  for (int c = 0; c < k; c++) a[held[c]] = 0;
+  if (!is_limit(path, aim, P, system.row, system.size, a)) return 0;
+  for (int c = 0; c < system.size; c++) a[system.row[c]] = 0;
   return 1;
 }
 
@@ -450,93 +516,31 @@ static void rates_of(const ps_path *path, const double *push, double *rates) {
   }
 }
 
-static ps_way *with_sign(ps_way *way, int entry, int sign) {
-  way->entry[way->inequalities] = entry;
-  way->sign[way->inequalities++] = sign;
-  return way;
-}
-
-/* dP_t/dP_n of the slips that are possible, with the sign of dv_t they need or 0. */
-static int slips_of(const ps_path *path, int i, double *slope, int *sign) {
-  double mu = path->mu[i], v_t = path->v[PS_T(i, 0)];
-  slope[0] = mu == 0 ? 0 : v_t < 0 ? mu : -mu;
-  sign[0] = mu > 0 && v_t == 0;
-  slope[1] = mu;
-  sign[1] = -1;
-  return 1 + sign[0];
-}
-
-/* The contact pushes with dP_n/dtau = weight, or is held with an unknown one where `held`. */
-static int pushing_ways(const ps_path *path, int i, double weight, int held, ps_way *ways) {
-  double slope[2];
-  int sign[2], slips = slips_of(path, i, slope, sign), n = 0;
-  for (; n < slips; n++) {
-    ps_way *w = &ways[n];
-    memset(w, 0, sizeof *w);
-    w->unknowns = held;
-    if (held) {
-      w->direction[0][0] = 1;
-      w->direction[0][1] = slope[n];
-    } else {
-      w->fixed[0] = weight;
-      w->fixed[1] = weight * slope[n];
-    }
-    if (sign[n]) with_sign(w, 1, sign[n]);
-  }
-  if (path->v[PS_T(i, 0)] == 0 && path->mu[i] > 0) {
-    ps_way *w = &ways[n++];
-    memset(w, 0, sizeof *w);
-    w->unknowns = 1 + held;
-    w->vanishing[held] = 1;
-    w->direction[held][1] = 1;
-    if (held) w->direction[0][0] = 1;
-    else w->fixed[0] = weight;
-  }
+/* The contact pushes with dP_n/dtau = weight. */
+static int pushing_pieces(const ps_path *path, int i, double weight, ps_piece *pieces) {
+  const int n = closed_pieces(path->mu[i], path->v[PS_T(i, 0)], 0, pieces);
+  for (int k = 0; k < n; k++) give_normal(&pieces[k], weight);
   return n;
 }
 
-/* The ways in which a guide may push: held with slip to either side and either sign of P_n, or stuck. */
-static int guided_ways(const ps_path *path, int i, ps_way *ways) {
-  double slope[2];
-  int sign[2], slips = slips_of(path, i, slope, sign), n = 0;
-  if (path->mu[i] == 0) return pushing_ways(path, i, 0, 1, ways);
-  for (int k = 0; k < slips; k++)
-    for (int side = 1; side >= -1; side -= 2) {
-      ps_way *w = &ways[n++];
-      memset(w, 0, sizeof *w);
-      w->unknowns = 1;
-      w->direction[0][0] = 1;
-      w->direction[0][1] = side * slope[k];
-      w->side = side;
-      if (sign[k]) with_sign(w, 1, sign[k]);
-    }
-  if (path->v[PS_T(i, 0)] == 0) {
-    ps_way *w = &ways[n++];
-    memset(w, 0, sizeof *w);
-    w->unknowns = 2;
-    w->vanishing[1] = 1;
-    w->direction[0][0] = w->direction[1][1] = 1;
-  }
-  return n;
-}
-
-/* The ways in which contact i may push at the present velocity. */
-static int ways_of(const ps_path *path, int i, ps_way *ways) {
-  double v_n = path->v[PS_N(i)];
-  if (path->held[i]) return guided_ways(path, i, ways);
+/* The pieces in which contact i may be at the present velocity. */
+static int pieces_of(const ps_path *path, int i, ps_piece *pieces) {
+  const double v_n = path->v[PS_N(i)], v_t = path->v[PS_T(i, 0)];
+  int n;
+  if (path->held[i]) return closed_pieces(path->mu[i], v_t, 1, pieces);
   if (v_n < path->border[i] || path->budget[i] > 0)
-    return pushing_ways(path, i, path->weight[i], 0, ways);
-  memset(ways, 0, sizeof *ways);
-  if (v_n > path->border[i]) return 1;
-  with_sign(ways, 0, 1);
-  int n = 1 + pushing_ways(path, i, 0, 1, ways + 1);
-  for (int end = n + pushing_ways(path, i, 1, 0, ways + n); n < end; n++)
-    with_sign(&ways[n], 0, -1);
+    return pushing_pieces(path, i, path->weight[i], pieces);
+  n = apart_piece(pieces);
+  if (v_n > path->border[i]) return n;
+  with_sign(pieces, 0, 1);
+  n += closed_pieces(path->mu[i], v_t, 0, pieces + n);
+  for (int end = n + pushing_pieces(path, i, 1, pieces + n); n < end; n++)
+    with_sign(&pieces[n], 0, -1);
   return n;
 }
 
-/* By how much dP/dtau misses the conditions of the ways it is made of. */
-static double missed_by(const ps_path *path, const ps_way *const *way, const double *push) {
+/* By how much dP/dtau misses the conditions of the pieces it is made of. */
+static double missed_by(const ps_path *path, const ps_piece *const *taken, const double *push) {
   const int n = path->n, rows = PS_SIZE(n);
   double worst = -HUGE_VAL, share[PS_ROWS], size = 0;
   for (int i = 0; i < n; i++) size = PS_MAX(size, path->mu[i]);
@@ -549,57 +553,34 @@ static double missed_by(const ps_path *path, const ps_way *const *way, const dou
     double normal = push[PS_N(i)], force = path->held[i] ? fabs(normal) : normal;
     double beyond = fabs(push[PS_T(i, 0)]) - path->mu[i] * force;
     if (!path->held[i]) worst = PS_MAX(worst, PS_MAX(-normal, normal - 1));
-    if (way[i]->side) worst = PS_MAX(worst, -way[i]->side * normal);
+    if (taken[i]->side) worst = PS_MAX(worst, -taken[i]->side * normal);
     worst = PS_MAX(worst, beyond / (1 + size));
-    for (int k = 0; k < way[i]->unknowns; k++)
-      worst = PS_MAX(worst, fabs(share[PS_ROW(i, way[i]->vanishing[k])]));
-    for (int k = 0; k < way[i]->inequalities; k++)
-      worst = PS_MAX(worst, -way[i]->sign[k] * share[PS_ROW(i, way[i]->entry[k])]);
+    for (int k = 0; k < taken[i]->unknowns; k++)
+      worst = PS_MAX(worst, fabs(share[PS_ROW(i, taken[i]->vanishing[k])]));
+    for (int k = 0; k < taken[i]->inequalities; k++)
+      worst = PS_MAX(worst, -taken[i]->sign[k] * share[PS_ROW(i, taken[i]->entry[k])]);
   }
   return worst;
 }
 
-/* dP/dtau of one way for each contact; of least norm where rigidity leaves the forces open. The step, or
- * NULL, takes what it is made of. */
-static void push_of(const ps_path *path, const ps_way *const *way, double *push, ps_step *step) {
-  const int rows = PS_SIZE(path->n);
-  ps_square matrix;
-  int k = 0, row[PS_ROWS], contact[PS_ROWS];
-  const double *along[PS_ROWS];
+/* dP/dtau of one piece for each contact; of least norm where rigidity leaves the forces open. The step,
+ * or NULL, takes what it is made of. */
+static void push_of(const ps_path *path, const ps_piece *const *taken, double *push, ps_step *step) {
+  ps_system system;
   double right[PS_ROWS], x[PS_ROWS];
-  for (int i = 0; i < path->n; i++) {
-    push[PS_N(i)] = way[i]->fixed[0];
-    push[PS_T(i, 0)] = way[i]->fixed[1];
-    for (int u = 0; u < way[i]->unknowns; u++) {
-      row[k] = PS_ROW(i, way[i]->vanishing[u]);
-      contact[k] = i;
-      along[k++] = way[i]->direction[u];
-    }
-  }
+  make_system(path->n, (double (*)[PS_ROWS])path->W, taken, push, &system);
   if (step) {
-    step->unknowns = k;
     memcpy(step->fixed, push, sizeof step->fixed);
-    for (int c = 0; c < k; c++) {
-      step->row[c] = row[c];
-      for (int entry = 0; entry < PS_AXES; entry++)
-        step->column[PS_ROW(contact[c], entry)][c] = along[c][entry];
-    }
+    note_system(&system, step);
   }
-  if (k <= 0) return;
-  for (int r = 0; r < k; r++) {
-    right[r] = -dot(rows, path->W[row[r]], push);
-    for (int c = 0; c < k; c++) {
-      const double *W = &path->W[row[r]][PS_N(contact[c])];
-      matrix[r][c] = W[0] * along[c][0] + W[1] * along[c][1];
-    }
-  }
-  least_norm(k, matrix, right, x);
-  for (int c = 0; c < k; c++)
-    for (int entry = 0; entry < 2; entry++)
-      push[PS_ROW(contact[c], entry)] += along[c][entry] * x[c];
+  if (system.size <= 0) return;
+  for (int r = 0; r < system.size; r++)
+    right[r] = -dot(PS_SIZE(path->n), path->W[system.row[r]], push);
+  least_norm(system.size, system.matrix, right, x);
+  extend(&system, x, push);
   /* Exactly 1 marks a full push, which one that only holds is not. */
   for (int i = 0; i < path->n; i++)
-    if (way[i]->unknowns && way[i]->vanishing[0] == 0 && push[PS_N(i)] == 1)
+    if (taken[i]->unknowns && taken[i]->vanishing[0] == 0 && push[PS_N(i)] == 1)
       push[PS_N(i)] = nextafter(1, 0);
 }
 
@@ -614,40 +595,15 @@ static int before(const ps_rank *a, const ps_rank *b) {
   return 0;
 }
 
-/* The ways of all contacts, those that stand `at` their places taken together. */
-typedef struct {
-  ps_way offered[PS_RIGID][PS_WAYS];
-  int count[PS_RIGID], at[PS_RIGID];
-  const ps_way *way[PS_RIGID];
-} ps_ways;
-
-static void all_ways(const ps_path *path, ps_ways *ways) {
-  memset(ways->at, 0, sizeof ways->at);
-  for (int i = 0; i < path->n; i++) {
-    ways->count[i] = ways_of(path, i, ways->offered[i]);
-    ways->way[i] = ways->offered[i];
-  }
-}
-
-/* Takes the next combination; 0 after the last. */
-static int next_ways(const ps_path *path, ps_ways *ways) {
-  for (int i = path->n - 1; i >= 0; i--) {
-    ways->at[i] = (ways->at[i] + 1) % ways->count[i];
-    ways->way[i] = &ways->offered[i][ways->at[i]];
-    if (ways->at[i]) return 1;
-  }
-  return 0;
-}
-
-/* dP/dtau of the present ways and its rank; whether it is admitted. Where `pressing`, whose largest is
+/* dP/dtau of the pieces taken and its rank; whether it is admitted. Where `pressing`, whose largest is
  * `size`, the velocities have to change. */
-static int candidate(const ps_path *path, const ps_ways *ways, const double *pressing, double size,
+static int candidate(const ps_path *path, const ps_pieces *pieces, const double *pressing, double size,
                      double *push, ps_rank *rank) {
   double rates[PS_ROWS];
   int moves = !pressing;
-  push_of(path, ways->way, push, NULL);
+  push_of(path, pieces->taken, push, NULL);
   memset(rank, 0, sizeof *rank);
-  rank->missed = missed_by(path, ways->way, push);
+  rank->missed = missed_by(path, pieces->taken, push);
   for (int i = 0; i < path->n; i++) {
     if (path->held[i]) continue;
     rank->order[1] += push[PS_N(i)];
@@ -679,41 +635,42 @@ static int same_rates(const ps_path *path, const double *a, const double *b) {
  * without collision: b_n of each contact; the velocities then have to change, and contacts with
  * b_n < 0 push first. 0 where no such impact is possible. The step takes what it is made of. */
 static int choose_push(const ps_path *path, const double *pressing, double *push, ps_step *step) {
-  ps_ways ways;
+  ps_pieces pieces;
   int possible = 0, any = 0, taken[PS_RIGID] = {0}, closest[PS_RIGID] = {0};
   double now[PS_ROWS], nearest[PS_ROWS] = {0}, size = 0;
   ps_rank best = {0}, near = {0}, rank;
   for (int i = 0; i < path->n && pressing; i++)
     if (!path->held[i]) size = PS_MAX(size, fabs(pressing[i]));
   if (size == 0) size = 1;
-  all_ways(path, &ways);
+  for (int i = 0; i < path->n; i++) pieces.count[i] = pieces_of(path, i, pieces.offered[i]);
+  take_first(path->n, &pieces);
   do {
-    const int admitted = candidate(path, &ways, pressing, size, now, &rank);
+    const int admitted = candidate(path, &pieces, pressing, size, now, &rank);
     if (admitted && (!possible || before(&rank, &best))) {
       possible = 1;
       best = rank;
       memcpy(push, now, sizeof now);
-      memcpy(taken, ways.at, sizeof taken);
+      memcpy(taken, pieces.at, sizeof taken);
     }
     if (!any || rank.missed < near.missed || (rank.missed == near.missed && before(&rank, &near))) {
       any = 1;
       near = rank;
       memcpy(nearest, now, sizeof now);
-      memcpy(closest, ways.at, sizeof closest);
+      memcpy(closest, pieces.at, sizeof closest);
     }
-  } while (next_ways(path, &ways));
+  } while (take_next(path->n, &pieces));
   /* Without guides one exists, by Kakutani's theorem: where rounding hides it, the nearest is taken. */
   const int exists = !pressing && !path->guides;
   if (!possible && exists) memcpy(push, nearest, sizeof nearest);
   if (path->listener && (possible || exists)) {
     step->alone = 1;
     do {
-      const int admitted = possible && candidate(path, &ways, pressing, size, now, &rank);
+      const int admitted = possible && candidate(path, &pieces, pressing, size, now, &rank);
       if (admitted && !same_rates(path, now, push)) step->alone = 0;
-    } while (next_ways(path, &ways));
+    } while (take_next(path->n, &pieces));
     for (int i = 0; i < path->n; i++)
-      ways.way[i] = &ways.offered[i][possible ? taken[i] : closest[i]];
-    push_of(path, ways.way, now, step);
+      pieces.taken[i] = &pieces.offered[i][possible ? taken[i] : closest[i]];
+    push_of(path, pieces.taken, now, step);
   }
   return possible || exists;
 }

@@ -229,7 +229,12 @@ class Tape:
         return self.single(Node("above", inner=a, scalar=floor.constant))
 
     def where(self, condition: Combination, a: Combination) -> Combination:
-        """Return a, made of powers of a ramp, whose series is 0 where that is at its floor."""
+        """Return a, made of powers of a ramp, whose series is 0 where that is at its floor.
+
+        Where the ramp is as good as a parameter the condition is a number, 1 or 0.
+        """
+        if condition.is_scalar:
+            return a.scaled(condition.constant)
         for n, _ in condition.terms:
             above = self.nodes[n]
             if above.op == "above" and self._vanishes(a, replace(above, op="ramp")):

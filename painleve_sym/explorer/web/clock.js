@@ -3,26 +3,53 @@
 /**
  * A map from the parts 0 to 1 of an animation to times and back. Of the animation the part
  * `magnify` belongs in equal shares to the steps of the integration, which are short where much
- * happens; the rest runs in proportion to the time.
+ * happens; the rest runs in proportion to the time. Between the ends of the steps it is a monotone
+ * cubic (Fritsch and Carlson 1980), so that curves over it have no corners of its own.
  */
 export class Clock {
   /** @param {number[]} times ends of the steps, increasing @param {number} magnify from 0 to 1 */
   constructor(times, magnify) {
     const end = times[times.length - 1] || 1;
     const last = times.length - 1 || 1;
+    const parts = times.map((t, i) => (1 - magnify) * (t / end) + magnify * (i / last));
+    const kept = parts.flatMap((part, i) => (!i || part > parts[i - 1] ? [i] : []));
     this.end = end;
-    this.times = times;
-    this.parts = times.map((t, i) => (1 - magnify) * (t / end) + magnify * (i / last));
+    this.parts = kept.map((i) => parts[i]);
+    this.times = kept.map((i) => times[i]);
+    this.slopes = slopes(this.parts, this.times);
   }
 
   /** The time at a part of the animation; s. @param {number} part */
   time(part) {
-    return between(this.parts, this.times, part);
+    const { parts, times } = this;
+    const last = parts.length - 1;
+    if (last < 1 || part <= parts[0]) return times[0];
+    return part >= parts[last] ? times[last] : this.#within(interval(parts, part), part);
+  }
+
+  /** @param {number} i @param {number} part */
+  #within(i, part) {
+    const { parts, times, slopes } = this;
+    const width = parts[i + 1] - parts[i];
+    const [s, rise] = [(part - parts[i]) / width, times[i + 1] - times[i]];
+    const [m, n] = [slopes[i] * width, slopes[i + 1] * width];
+    return times[i] + s * (m + s * (3 * rise - 2 * m - n + s * (m + n - 2 * rise)));
   }
 
   /** The part of the animation at a time. @param {number} time */
   part(time) {
-    return between(this.times, this.parts, time);
+    const { parts, times } = this;
+    const last = parts.length - 1;
+    if (last < 1 || time <= times[0]) return parts[0];
+    if (time >= times[last]) return parts[last];
+    const i = interval(times, time);
+    let [low, high] = [parts[i], parts[i + 1]];
+    for (let k = 0; k < 52; k++) {
+      const middle = (low + high) / 2;
+      if (this.#within(i, middle) <= time) low = middle;
+      else high = middle;
+    }
+    return low;
   }
 
   /** How much slower than in proportion to the time it runs there. @param {number} part */
@@ -35,16 +62,23 @@ export class Clock {
   }
 }
 
-/** @param {number[]} from @param {number[]} to @param {number} value */
-function between(from, to, value) {
+/** Slopes of the monotone cubic at its knots. @param {number[]} x @param {number[]} y */
+function slopes(x, y) {
+  const rates = y.slice(1).map((v, i) => (v - y[i]) / (x[i + 1] - x[i]));
+  return y.map((_, i) => {
+    const [before, after] = [rates[i - 1] ?? rates[i], rates[i] ?? rates[i - 1]];
+    // The harmonic mean: none of two rates is exceeded threefold.
+    return before > 0 && after > 0 ? 2 / (1 / before + 1 / after) : 0;
+  });
+}
+
+/** The interval of increasing numbers that holds a value. @param {number[]} from @param {number} value */
+function interval(from, value) {
   let [low, high] = [0, from.length - 1];
-  if (high < 1 || value <= from[0]) return to[0];
-  if (value >= from[high]) return to[high];
   while (high - low > 1) {
     const middle = (low + high) >> 1;
     if (from[middle] <= value) low = middle;
     else high = middle;
   }
-  const width = from[high] - from[low];
-  return to[low] + (width > 0 ? (value - from[low]) / width : 0) * (to[high] - to[low]);
+  return low;
 }

@@ -1,6 +1,6 @@
 /** The controls of a page: sliders and numbers, those that teach first before the others. */
 
-import { html, pretty, short, typeset, whole } from "./draw.js";
+import { html, pretty, short, symbols, typeset, whole } from "./draw.js";
 import { defaults, fault, reloads } from "./settings.js";
 
 /** @typedef {import("./settings.js").Settings} Settings */
@@ -105,6 +105,7 @@ export class Controls {
   #field(q, symbol, value, change) {
     const { name, meaning } = q;
     const unit = q.unit === "1" ? "" : q.unit;
+    const words = meaning.replace(/^rate of (\w+)$/, (/** @type {string} */ _, /** @type {string} */ of) => `rate of ${pretty(of)}`);
     const scale = sliderScale(q);
     const range = html("input", {
       ...{ type: "range", min: 0, max: NOTCHES, step: 1, "aria-label": `${meaning} (${name})` },
@@ -130,7 +131,7 @@ export class Controls {
       range.value = String(scale.notch(own));
       range.setAttribute("aria-valuetext", `${short(own)} ${unit}`);
     });
-    const label = html("span", { class: "name" }, symbol, html("small", {}, ` ${meaning}${unit && `, ${unit}`}`));
+    const label = html("span", { class: "name" }, symbol, html("small", {}, " ", symbols(words), unit && `, ${unit}`));
     return html("div", { class: "field" }, label, range, number);
   }
 

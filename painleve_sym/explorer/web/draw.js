@@ -63,6 +63,21 @@ export function pretty(name) {
   return index.length ? `${dotted}_${index.join("_")}` : dotted;
 }
 
+/**
+ * A text with the indices of its symbols lowered, such as that of F_n, as parts of an element.
+ * @param {string} text @param {(index: string) => any} lowered
+ */
+const parts = (text, lowered) =>
+  text.split(/(?<=(?<![\p{L}\d])\p{L}\p{M}*)_(\w+)/u).map((part, i) => (i % 2 ? lowered(part.replaceAll("_", " ")) : part));
+
+/** A text with the indices of its symbols lowered. @param {string} text @returns {any[]} */
+export const symbols = (text) => parts(text, (index) => html("sub", {}, index));
+
+/** The same within a drawing. @param {string} text @returns {any[]} */
+const drawnSymbols = (text) =>
+  parts(text, (index) => svg("tspan", { dy: 2.5, "font-size": 8 }, index))
+    .map((part, i) => (i && !(i % 2) && part ? svg("tspan", { dy: -2.5 }, part) : part));
+
 /** A name of the package with its index lowered. @param {string} name */
 export function typeset(name) {
   const [base, ...index] = pretty(name).split("_");
@@ -76,7 +91,7 @@ export function typeset(name) {
  * @param {Object<string, string>} words @returns {Term}
  */
 export const terms = (words) => (text, word = text) =>
-  words[word] ? html("abbr", { title: words[word] }, text) : text;
+  words[word] ? html("abbr", { title: words[word] }, symbols(text)) : text;
 
 /** @type {Object<string, string>} */
 const GREEK = {
@@ -116,7 +131,7 @@ const anchor = (at, [low, high]) => (at > low + 0.97 * (high - low) ? "end" : "m
 
 export const WIDTH = 360;
 export const HEIGHT = 270;
-const LEFT = 52;
+const LEFT = 60;
 const RIGHT = 10;
 const TOP = 10;
 const BOTTOM = 38;
@@ -195,11 +210,11 @@ export class Frame {
         svg("path", { d: `M${x} ${this.top(at)}h4` }),
         svg("text", { x: x - 4, y: this.top(at) + 3, "text-anchor": "end" }, short(at, 3)),
       ]),
-      svg("text", { x: x + width / 2, y: HEIGHT - 6, "text-anchor": "middle" }, labelX),
+      svg("text", { x: x + width / 2, y: HEIGHT - 6, "text-anchor": "middle" }, drawnSymbols(labelX)),
       svg(
         "text",
         { "text-anchor": "middle", transform: `translate(11 ${y + height / 2}) rotate(-90)` },
-        labelY,
+        drawnSymbols(labelY),
       ),
     );
   }

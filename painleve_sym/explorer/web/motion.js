@@ -1,7 +1,7 @@
 /** Motions over time: animation of the mechanism, forces, events, and the jump beside them. */
 
 import { Clock } from "./clock.js";
-import { Frame, WIDTH, HEIGHT, html, pretty, settled, short, span, svg } from "./draw.js";
+import { Frame, WIDTH, HEIGHT, html, pretty, settled, short, span, svg, symbols } from "./draw.js";
 import { Scene, magnification, windowOf } from "./scene.js";
 
 /** @typedef {import("./draw.js").Term} Term */
@@ -12,8 +12,8 @@ const LASTS = 8;
 const STILLS = 12;
 const SAMPLES = 500;
 const FRAMES = 24;
-/** Events with a line of their own among the forces, and those with a number. */
-const [LINES, NUMBERED] = [60, 12];
+/** Events with a line of their own among the forces, those with a number, and rows of a table. */
+const [LINES, NUMBERED, ROWS] = [60, 12, 200];
 
 /** @typedef {{rtol: number, openFrom: number}} Tolerances of the motions, and the residual from which
  *   on an energy balance does not close */
@@ -73,6 +73,12 @@ export function remarks(run, { rtol, openFrom }) {
       `term, more than rtol ${rtol} explains: works and energies are not exact, and states may not be.`);
   }
   return said;
+}
+
+/** What the lines among the forces are. @param {number} count of events */
+export function eventWords(count) {
+  if (count > LINES) return `events, the first ${LINES} of ${count}`;
+  return count > NUMBERED ? "events" : "events, numbered as below";
 }
 
 export class MotionView {
@@ -220,8 +226,10 @@ export class MotionView {
     );
     this.legend.replaceChildren(
       ...curves.map((c) =>
-        html("li", {}, html("span", { class: `swatch line ${c.style}`, "aria-hidden": "true" }), c.label),
+        html("li", {}, html("span", { class: `swatch line ${c.style}`, "aria-hidden": "true" }), symbols(c.label)),
       ),
+      events.length ? html("li", {},
+        html("span", { class: "swatch line event", "aria-hidden": "true" }), eventWords(main?.events.length ?? 0)) : "",
     );
   }
 
@@ -299,7 +307,7 @@ export class EventView {
     const head = ["", "time (s)", "event", "mode after",
       ...forces.map((f) => `${f.replace("normal_force", "F_n")} (N)`),
       ...this.speeds.map((s) => `${pretty(s)} after`)];
-    const rows = run.events.slice(0, 200).map((e, i) => [
+    const rows = run.events.slice(0, ROWS).map((e, i) => [
       String(i + 1),
       [e.time],
       [this.#word(e.kind, e.sentence), e.contact ? ` (${e.contact})` : ""],
@@ -314,7 +322,8 @@ export class EventView {
         ...this.speeds.map((s) => [end.state[s]])]);
     }
     const names = ["", "time", "", "", ...forces, ...this.speeds];
-    return table(`Events, ${kindOf(run)}`, head, rows, names);
+    const few = run.events.length > ROWS ? `, the first ${ROWS} of ${run.events.length}` : "";
+    return table(`Events, ${kindOf(run)}${few}`, head, rows, names);
   }
 
   /** A kind with its sentence. @param {string} name @param {string} sentence */
@@ -374,7 +383,7 @@ function table(title, head, rows, names) {
     {},
     html("caption", {}, title),
     html("thead", {}, html("tr", {}, head.map((h) =>
-      h ? html("th", { scope: "col" }, h) : html("td")))),
+      h ? html("th", { scope: "col" }, symbols(h)) : html("td")))),
     html("tbody", {}, rows.map((row) => html("tr", {}, row.map((cell, k) =>
       named(cell, k) ? html("th", { scope: "row" }, cell) : html("td", {}, content(cell, k)))))),
   );

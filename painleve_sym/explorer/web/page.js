@@ -1,7 +1,7 @@
 /** The explorer: controls, drawings and tables of one mechanism, kept up to date with each other. */
 
 import { load, unpacked } from "./engine.js";
-import { html, terms } from "./draw.js";
+import { html, symbols, terms } from "./draw.js";
 import { Controls } from "./controls.js";
 import { MapView } from "./map.js";
 import { EventView, MotionView } from "./motion.js";
@@ -12,7 +12,7 @@ import { defaults, fromText, toText } from "./settings.js";
 /** @typedef {{description: import("./engine.js").Description, module: string,
  *   presets: import("./controls.js").Preset[], initial: Partial<Settings>,
  *   words: Object<string, string>, tolerances: import("./motion.js").Tolerances,
- *   docs: string | null, version: string}} PageData */
+ *   docs: string | null, notes: string[], version: string}} PageData */
 
 /** Choices of laws that the glossary explains by their names. */
 const LAW_WORDS = ["reload", "policy"];
@@ -81,23 +81,27 @@ export class Explorer {
       this.#section("Cases of the rigid contact", this.map.element, "", "maps",
         "Drag the point: colours say how many motions a rigid contact allows."),
       this.#section("The contact problem at the start", this.problem.element, "", "complementarity",
-        ["Each line is the normal acceleration over the force F_n, ", term("A"), " F_n + ", term("B"),
+        [symbols("Each line is the normal acceleration over the force F_n, "), term("A"), symbols(" F_n + "), term("B"),
           ". Where it meets what a contact can do is a solution."]),
       this.#section("Events and velocities", this.events.element, "broad", "reference/events",
         "What happened, in order, and the velocities before and after the first impact."));
     const skip = html("button", { type: "button", class: "skip", onclick: () => views.focus() },
       "Skip to the pictures");
     const words = Object.entries(data.words).map(([word, meaning]) =>
-      [html("dt", {}, word), html("dd", {}, meaning)]);
+      [html("dt", {}, symbols(word)), html("dd", {}, meaning)]);
     const site = data.docs === null ? null : html("p", { class: "note" }, this.#more("index", "painleve-sym"));
     return [skip,
-      html("header", {}, site, html("h1", {}, mechanism.name), html("p", {}, `${mechanism.title}.`), this.law),
+      html("header", {}, site, html("h1", {}, mechanism.name), html("p", {}, `${mechanism.title}.`), this.law,
+        data.notes.map((own) => html("p", { class: "note" }, symbols(own)))),
       html("div", { class: "columns" }, this.controls.element, views),
       html("footer", {},
         html("details", {}, html("summary", {}, "Words of this page"), html("dl", {}, words)),
         mechanism.source ? html("p", {}, `Source: ${mechanism.source}.`) : null,
         html("p", {}, `Computed here by code that painleve-sym ${data.version} generated: SI units, ` +
-          `relative tolerance ${data.tolerances.rtol}. `, this.#more("explorer")))];
+          `relative tolerance ${data.tolerances.rtol}. `, this.#more("explorer")),
+        data.docs === null ? html("p", {}, "The page stands alone: the names of pages, such as ",
+          html("code", {}, "docs/maps.md"), ", are files of the documentation; ",
+          html("code", {}, "painleve explore --docs ADDRESS"), " makes links of them.") : null)];
   }
 
   /**

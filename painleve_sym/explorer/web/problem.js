@@ -1,7 +1,9 @@
 /** The rigid contact problem at the start: lines a = A F + B, and every solution marked. */
 
-import { Frame, WIDTH, HEIGHT, html, short, span, svg } from "./draw.js";
+import { Frame, WIDTH, HEIGHT, html, short, span, svg, symbols } from "./draw.js";
 
+/** A in 1/kg or B in m/s² that is zero, to rounding. */
+const BORDER = 1e-12;
 const NUMBERS = ["no", "one", "two", "three", "four", "five", "six"];
 
 /**
@@ -34,13 +36,16 @@ export function linesOf(problem, bilateral) {
  * Sentences on a start to which the problem does not apply as it stands.
  * @param {any} problem @param {any} contact
  */
-export function notes({ inside, state, slip }, contact) {
+export function notes({ inside, state, slip, A_neg, A_pos, B }, contact) {
   const [gap, rate] = [state[contact.gap], state[contact.gap_rate]];
   const sentences = inside ? [`${inside}.`] : [];
   if (gap > 0) sentences.push(`The contact is open, gap ${short(gap)} m; here it is taken as closed.`);
   if (gap < 0) sentences.push(`The contact is compressed by ${short(-gap)} m.`);
   if (gap <= 0 && rate < 0) sentences.push(`It approaches with ${short(-rate)} m/s: an impact.`);
   if (gap <= 0 && rate > 0) sentences.push(`It is leaving with ${short(rate)} m/s.`);
+  const A = slip > 0 ? A_pos : A_neg;
+  const zero = ["A", "B"].filter((_, i) => Math.abs([A, B][i]) < BORDER);
+  if (slip && zero.length) sentences.push(`It lies on the border of two cases: ${zero.join(" = ")} = 0.`);
   if (slip === 0) sentences.push("At rest sticking is possible, and slip to either side.");
   return sentences;
 }
@@ -73,8 +78,8 @@ export class ProblemView {
     this.list.replaceChildren(
       ...solutions.map((/** @type {any} */ s) => {
         const at = html("data", { value: s.normal }, short(s.normal));
-        return html("li", {}, `${s.mode === "liftoff" ? "no force" : s.mode}: F_n = `, at,
-          ` N, F_t = ${short(s.tangential)} N`);
+        return html("li", {}, `${s.mode === "liftoff" ? "no force" : s.mode}: `, symbols("F_n = "), at,
+          symbols(` N, F_t = ${short(s.tangential)} N`));
       }),
     );
     const slides = problem.slip > 0 ? problem.A_pos : problem.A_neg;

@@ -16,6 +16,7 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
+from painleve_sym.units import in_unit
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class BatchInputs:
         declared = {p.name: p for p in (*mechanism.system.parameters, *simulator.own_parameters)}
         values: dict[str, Array] = {n: np.array(0.0) for n in mechanism.state_names}
         values |= {n: np.array(p.default) for n, p in declared.items()}
-        faults = []
+        units, faults = simulator.units, []
         for kind, given, known in (
             ("state", states, mechanism.state_names),
             ("parameter", parameters, tuple(declared)),
@@ -55,13 +56,13 @@ class BatchInputs:
                 if name not in known:
                     faults.append(unknown_name(kind, name, known))
                     continue
-                values[name], fault = _numbers(f"{kind} {name}", entries)
+                values[name], fault = _numbers(f"{kind} {name}", entries, units[name])
                 if kind == "parameter" and fault is None:
                     ends = (float(values[name].min()), float(values[name].max()))
                     fault = next(filter(None, map(declared[name].fault, ends)), None)
                 faults += [fault] if fault else []
         if force is not None:
-            force, fault = _numbers("initial_force", force)
+            force, fault = _numbers("initial_force", force, "N")
             faults += [fault] if fault else []
             if not fault and float(force.min()) < 0:
                 faults.append(f"initial_force: got {float(force.min())!r}, need >= 0.")
@@ -106,7 +107,9 @@ class BatchInputs:
         return {n: self.part(self.inputs[n], start, stop) for n in names}
 
 
-def _numbers(name: str, given: ArrayLike) -> tuple[Array, str | None]:
+def _numbers(name: str, given: ArrayLike, unit: str) -> tuple[Array, str | None]:
+    if isinstance(given, str):
+        given = in_unit(given, unit, name)
     try:
         values = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):

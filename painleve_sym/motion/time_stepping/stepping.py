@@ -35,6 +35,7 @@ from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS, Answer, Impulse
+from painleve_sym.units import Value
 
 SCHEMES = ("moreau-jean", "stewart-trinkle")
 _ENDS = {
@@ -132,13 +133,13 @@ class TimeStepper:
 
     def run(
         self,
-        state: Mapping[str, float],
+        state: Mapping[str, Value],
         *,
-        step: float,
-        t_end: float,
+        step: Value,
+        t_end: Value,
         solver: str = "least-impulse",
         e_newton: float = 0.0,
-        parameters: Mapping[str, float] | None = None,
+        parameters: Mapping[str, Value] | None = None,
         max_solves: int = MAX_STEPS,
     ) -> SteppingRun:
         """Step from t = 0 to `t_end` in steps h of (0, t_end], with one of `SOLVERS`; s.
@@ -152,6 +153,8 @@ class TimeStepper:
         InputError
             Unknown names, numbers out of range, a start outside the domain or inside the ground.
         """
+        step = number(step, "step", where=self.where, unit="s")
+        t_end = number(t_end, "t_end", where=self.where, unit="s")
         self.check(step, t_end, solver, e_newton)
         stepping, start = self._begin(state, parameters, solver, e_newton, max_solves)
         times = _times(step, t_end)
@@ -174,11 +177,11 @@ class TimeStepper:
 
     def first_problem(
         self,
-        state: Mapping[str, float],
+        state: Mapping[str, Value],
         step: float,
         *,
         e_newton: float = 0.0,
-        parameters: Mapping[str, float] | None = None,
+        parameters: Mapping[str, Value] | None = None,
     ) -> ContactProblem | None:
         """Return the velocity-level problem of the first step; None where the contact is open."""
         self.check(step, step, e_newton=e_newton)
@@ -187,8 +190,8 @@ class TimeStepper:
 
     def _begin(
         self,
-        state: Mapping[str, float],
-        parameters: Mapping[str, float] | None,
+        state: Mapping[str, Value],
+        parameters: Mapping[str, Value] | None,
         solver: str,
         e_newton: float,
         max_solves: int,

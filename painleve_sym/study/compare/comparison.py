@@ -24,6 +24,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.time_stepping.stepping import TimeStepper
 from painleve_sym.study.compare.methods import AccelerationLevel, Answer, Case
+from painleve_sym.units import Value
 
 STEPS_TO_END = (10, 100, 1000)
 """How many steps time stepping takes where no steps are given."""
@@ -150,13 +151,13 @@ class Comparison:
 
 def compare(
     mechanism: MechanismLike,
-    state: Mapping[str, float],
+    state: Mapping[str, Value],
     *,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Value] | None = None,
     e: float = 0.75,
-    steps: Sequence[float] | None = None,
-    stiffness: Sequence[float] = STIFFNESS,
-    t_end: float = T_END,
+    steps: Sequence[Value] | None = None,
+    stiffness: Sequence[Value] = STIFFNESS,
+    t_end: Value = T_END,
     solvers: Sequence[str] = CONTRAST_SOLVERS,
     engine: EngineLike = EngineName.AUTO,
 ) -> Comparison:
@@ -194,16 +195,19 @@ def compare(
     True
     """
     mechanism = as_mechanism(mechanism)
-    t_end = number(t_end, "t_end", where=f"contrast of {mechanism.name!r}", above=0.0)
+    where = f"contrast of {mechanism.name!r}"
+    t_end = number(t_end, "t_end", where=where, unit="s", above=0.0)
     case = _case(mechanism, state, parameters, e, t_end, engine)
     stepper = TimeStepper(mechanism)
-    steps = [t_end / n for n in STEPS_TO_END] if steps is None else sorted(set(steps))[::-1]
-    stiffness, solvers = sorted(set(stiffness)), list(dict.fromkeys(solvers))
-    case.check(steps, stiffness, solvers, stepper)
+    steps = [t_end / n for n in STEPS_TO_END] if steps is None else steps
+    times = _in_si(where, "steps", steps, "s")
+    moduli = _in_si(where, "stiffness", stiffness, "Pa")[::-1]
+    solvers = list(dict.fromkeys(solvers))
+    case.check(times, moduli, solvers, stepper)
     level = case.acceleration_level()
     rigid = case.rigid_answers(level)
-    stepped = groupby(case.stepping(stepper, steps, solvers), lambda a: a.way)
-    softened, exponent = case.softened_answers(stiffness)
+    stepped = groupby(case.stepping(stepper, times, solvers), lambda a: a.way)
+    softened, exponent = case.softened_answers(moduli)
     return Comparison(
         mechanism=mechanism.name,
         state=case.place.state,
@@ -212,7 +216,7 @@ def compare(
         t_end=t_end,
         acceleration_level=level,
         jumps=case.jumps(),
-        first_steps=_first_steps(stepper, case, steps),
+        first_steps=_first_steps(stepper, case, times),
         rigid=tuple(rigid),
         stepping=tuple(a for _, way in stepped for a in case.measured(list(way), rigid)),
         softened=tuple(case.measured(softened, rigid)),
@@ -220,10 +224,15 @@ def compare(
     )
 
 
+def _in_si(where: str, name: str, values: Sequence[Value], unit: str) -> list[float]:
+    """Return the numbers in an SI unit, each once, the largest first."""
+    return sorted({number(v, name, where=where, unit=unit) for v in values}, reverse=True)
+
+
 def _case(
     mechanism: Mechanism,
-    state: Mapping[str, float],
-    parameters: Mapping[str, float] | None,
+    state: Mapping[str, Value],
+    parameters: Mapping[str, Value] | None,
     e: float,
     t_end: float,
     engine: EngineLike,

@@ -29,6 +29,7 @@ from painleve_sym.laws.catalogue import LawLike
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
+from painleve_sym.units import Value
 
 ENDS = ("separation", "slip_stop")
 """Kinds of events that decide a run."""
@@ -343,10 +344,10 @@ class _Bisection:
 def critical_force(
     mechanism: MechanismLike,
     law: LawLike,
-    state: Mapping[str, float],
+    state: Mapping[str, Value],
     *,
-    parameters: Mapping[str, float] | None = None,
-    law_parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Value] | None = None,
+    law_parameters: Mapping[str, Value] | None = None,
     border: Border = Border.SLIP_STOP,
     engine: EngineLike = EngineName.AUTO,
 ) -> CriticalForce:
@@ -357,7 +358,7 @@ def critical_force(
     mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact.
     law : ContactLaw or its name
-    state, parameters, law_parameters : mapping of str to float
+    state, parameters, law_parameters : mapping of str to (float or str)
         As for `simulate`. Gap 0, slipping, A < 0 < B.
     border : Border
     engine : EngineName or its text
@@ -376,5 +377,5 @@ def critical_force(
     True
     """
     simulator = simulator_of(mechanism, law, engine)
-    given = simulator.given(parameters, law_parameters)
-    return CriticalForceFinder(simulator).find(state, given, border=border)
+    place = simulator.at(state, parameters, law_parameters)
+    return CriticalForceFinder(simulator).find(place.state, place.parameters, border=border)

@@ -26,6 +26,7 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.progress import Advance, progress
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.result import FitResult
+from painleve_sym.units import Value, in_si
 
 RTOL = 1e-10
 """Of the motions: far below any measurement, and the derivatives then hold eight digits."""
@@ -363,12 +364,12 @@ def fit(
     data: FitData | str | Path,
     estimate: str | Sequence[str],
     *,
-    state: Mapping[str, float] | None = None,
-    parameters: Mapping[str, float] | None = None,
-    law_parameters: Mapping[str, float] | None = None,
+    state: Mapping[str, Value] | None = None,
+    parameters: Mapping[str, Value] | None = None,
+    law_parameters: Mapping[str, Value] | None = None,
     until: str | Sequence[str] = ("separation",),
-    t_end: float = 1.0,
-    sigma: Mapping[str, float] | None = None,
+    t_end: Value = 1.0,
+    sigma: Mapping[str, Value] | None = None,
     level: float = 0.95,
     max_evaluations: int = MAX_EVALUATIONS,
     max_steps: int = MAX_STEPS,
@@ -423,15 +424,16 @@ def fit(
     rows = data if isinstance(data, FitData) else read_fit_data(data, known)
     if state is None:
         state = {name: value for name, value in known.start.items() if name not in rows.starts}
+    units = simulator.units
     return FitProblem(
         simulator=simulator,
         data=rows,
         estimate=names_of(estimate, "fit: estimate", "mu,E"),
-        state=dict(by_name(state, "fit: state")),
-        parameters=simulator.given(parameters, law_parameters),
+        state=in_si(by_name(state, "fit: state"), units, "fit: state"),
+        parameters=in_si(simulator.given(parameters, law_parameters), units, "fit: parameters"),
         until=names_of(until, "fit: until", "separation"),
-        t_end=t_end,
-        sigma=sigma,
+        t_end=number(t_end, "t_end", where="fit", unit="s", above=0.0),
+        sigma=in_si(by_name(sigma, "fit: sigma"), units | rows.units, "fit: sigma"),
         level=level,
         max_evaluations=max_evaluations,
         max_steps=max_steps,

@@ -18,6 +18,7 @@ from painleve_sym.contacts.closing import closed_states, unknowns
 from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.units import Value
 
 MIN_POINTS, MAX_POINTS = 5, 2000
 """Along an axis: fewer show nothing, the square of more does not fit into a laptop's memory."""
@@ -96,11 +97,11 @@ class MapPlace:
 def map_place(
     mechanism: Mechanism,
     over: str | Sequence[str],
-    ranges: Mapping[str, tuple[float, float]],
+    ranges: Mapping[str, tuple[Value, Value]],
     points: int,
     slip: int,
-    state: Mapping[str, float] | None,
-    parameters: Mapping[str, float],
+    state: Mapping[str, Value] | None,
+    parameters: Mapping[str, Value],
     close: str | None,
 ) -> MapPlace:
     """Return the checked axes and held numbers of a map (see `region_map`)."""
@@ -150,7 +151,7 @@ def map_place(
 
 
 def reaching(
-    place: MapPlace, ranges: Mapping[str, tuple[float, float]], threshold: float | None
+    place: MapPlace, ranges: Mapping[str, tuple[Value, Value]], threshold: float | None
 ) -> MapPlace:
     """Return the place with a friction axis that goes beyond the threshold μ_P.
 
@@ -191,11 +192,13 @@ def _parameter(mechanism: Mechanism, name: str) -> Parameter | None:
     return next((p for p in mechanism.system.parameters if p.name == name), None)
 
 
-def _checked_range(
-    mechanism: Mechanism, where: str, name: str, span: tuple[float, float]
-) -> tuple[float, float]:
+def _checked_range(mechanism: Mechanism, where: str, name: str, span: Any) -> tuple[float, float]:
+    unit = mechanism.units[name]
     try:
-        low, high = (number(end, f"range {name}", where=where) for end in span)
+        low, high = (
+            number(end, f"range {name}", where=where, unit=unit)
+            for end in (() if isinstance(span, str) else span)
+        )
     except (TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise

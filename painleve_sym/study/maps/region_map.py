@@ -28,6 +28,7 @@ from painleve_sym.progress import progress
 from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
+from painleve_sym.units import Value
 
 FORMAT = "painleve-sym map 1"
 CURVES = ("A", "B", "A_pull")
@@ -230,11 +231,11 @@ def region_map(
     mechanism: MechanismLike,
     over: str | Sequence[str],
     *,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
+    ranges: Mapping[str, tuple[Value, Value]] | None = None,
     points: int = 400,
     slip: int = -1,
-    state: Mapping[str, float] | None = None,
-    parameters: Mapping[str, float] | None = None,
+    state: Mapping[str, Value] | None = None,
+    parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
     engine: str = "auto",
 ) -> RegionMap:
@@ -249,12 +250,13 @@ def region_map(
         With one contact.
     over : two str, or one with a comma
         Coordinates, velocities or parameters.
-    ranges : mapping of str to two float
-        Ends of the axes; those left out are chosen (see `map_axes.default_range`).
+    ranges : mapping of str to two (float or str)
+        Ends of the axes, such as ``("10 deg", "80 deg")``; those left out are
+        chosen (see `map_axes.default_range`).
     points : int
         Along each axis, 5 to 2000.
     slip : {-1, +1}
-    state, parameters : mapping of str to float
+    state, parameters : mapping of str to (float or str)
         Constant values; absent ones are 0 and the defaults. Without a state the mechanism's
         `start`.
     close : str, optional

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from painleve_sym.checks import whole_number
+from painleve_sym.checks import number, whole_number
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.closing import unknowns
 from painleve_sym.contacts.delassus import Delassus
@@ -32,7 +32,7 @@ from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.case_codes import LEGEND, opening_case
-from painleve_sym.study.scenario import MAX_FILE, Scenario, read_value
+from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
 
 OWN_KEYS = ("axes", "sample", "keep", "events", "chunk", "format")
@@ -124,7 +124,7 @@ class Sweep:
 
         def read(value: Any, place: str, name: str) -> float:
             unit = units().get(name, "1") if isinstance(value, str) else "1"
-            return read_value(value, place, unit, where)
+            return number(value, place, where=where, unit=unit)
 
         space = read_space(faults, own.get("axes"), own.get("sample"), read)
         kept = _read_keep(faults, own)
@@ -345,8 +345,7 @@ class Sweep:
 
 def _units(simulator: Simulator) -> dict[str, str]:
     """Return the units of everything that can be varied."""
-    own = {p.name: p.unit for p in simulator.own_parameters}
-    return {**simulator.mechanism.units, **own, "initial_force": "N"}
+    return {**simulator.units, "initial_force": "N"}
 
 
 def _read_keep(faults: Faults, own: Mapping[str, Any]) -> tuple[str, ...]:

@@ -1,0 +1,94 @@
+"""Friction of a contact: an interval of forces in the plane, a disc of them in space.
+
+Coulomb's law is the same in both: the friction force has at most the size μ F_n, and while the
+contact slides it has that size and opposes the slip. In its plane of slip a sliding disc is an
+interval, and so both have the same linear pieces.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from painleve_sym.checks import number
+
+
+@dataclass(frozen=True)
+class FrictionSet:
+    """All friction forces of a contact of normal force 1: those of size μ at most.
+
+    Attributes
+    ----------
+    mu : float
+        Friction coefficient μ, >= 0.
+    """
+
+    mu: float
+    n_tangents: ClassVar[int]
+
+    def __post_init__(self) -> None:
+        """Check the coefficient.
+
+        Raises
+        ------
+        InputError
+            For a coefficient that is negative or not finite.
+        """
+        name = type(self).__name__
+        object.__setattr__(self, "mu", number(self.mu, "mu", where=name, lower=0.0))
+
+    def direction(self, slip: Sequence[float]) -> tuple[float, ...]:
+        """Return the unit vector along a slip velocity; empty at rest.
+
+        >>> Disc(0.5).direction((0.0, -2.0))
+        (0.0, -1.0)
+        """
+        largest = max(map(abs, slip))
+        if largest == 0:
+            return ()
+        parts = [v / largest for v in slip]  # neither overflow nor underflow in their squares
+        length = math.hypot(*parts)
+        return tuple(v / length for v in parts)
+
+    def sampled(self, count: int) -> list[tuple[float, ...]]:
+        """Return directions of slip all around: the corners of a pyramid instead of a cone."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Interval(FrictionSet):
+    """The friction of a planar contact: from −μ F_n to μ F_n along its one tangent.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.Interval(0.3).mu
+    0.3
+    """
+
+    n_tangents: ClassVar[int] = 1
+
+    def sampled(self, count: int) -> list[tuple[float, ...]]:
+        """Return both directions."""
+        return [(1.0,), (-1.0,)]
+
+
+@dataclass(frozen=True)
+class Disc(FrictionSet):
+    """The isotropic friction of a contact in space: a disc of radius μ F_n in its tangent plane.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.Disc(0.3).direction((3.0, 4.0))
+    (0.6, 0.8)
+    """
+
+    n_tangents: ClassVar[int] = 2
+
+    def sampled(self, count: int) -> list[tuple[float, ...]]:
+        """Return `count` directions at equal angles."""
+        angles = [2 * math.pi * k / count for k in range(count)]
+        return [(math.cos(a), math.sin(a)) for a in angles]

@@ -1,0 +1,242 @@
+"""One contact by its numbers: where its friction makes the rigid problem lose its one answer.
+
+While a contact slides along the angle φ its normal acceleration is A(φ) F_n + B with
+
+    A(φ) = W_nn - μ w·e(φ),    B = b_n,
+
+where w couples the normal to the tangents. A is negative for some direction of slip where μ exceeds
+``μ_P = W_nn/|w|``, and then in a sector around the direction of w. Over all normals that a surface
+might have at this point, μ_P is least at ``2 √(λ₁ λ₃)/(λ₃ - λ₁)``, with the extreme eigenvalues of
+W: one number for a foot, whatever it stands on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.contacts.friction_set import Disc, Interval
+from painleve_sym.contacts.local_mode import rounded_difference
+from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
+from painleve_sym.errors import InputError
+
+
+@dataclass(frozen=True)
+class Sector:
+    """The directions of slip for which A < 0.
+
+    Attributes
+    ----------
+    direction : float
+        Angle of its middle, from t1 towards t2, in rad from −π to π; 0 or π in the plane.
+    half_angle : float
+        Slip within this angle of it has A < 0; rad. 0 in the plane, which has this direction alone.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W = [[2.0, 0.0, 1.5], [0.0, 2.0, 0.0], [1.5, 0.0, 2.0]]
+    >>> sector = ps.contact(W, [-1.0, 0.0, 0.0], 1.5).sector
+    >>> round(sector.direction, 4), round(sector.half_angle, 4)
+    (1.5708, 0.4759)
+    """
+
+    direction: float
+    half_angle: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactAnswer:
+    """The solutions of one rigid contact, and how near it is to its paradox.
+
+    Attributes
+    ----------
+    problem : SpatialProblem
+        Of the one contact.
+    solutions : tuple of SpatialSolution
+        Every solution, each with its verified residual; none and several are results.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W = [[2.0, 1.5, 0.0], [1.5, 2.0, 0.0], [0.0, 0.0, 2.0]]
+    >>> answer = ps.contact(W, [3.0, 0.0, 0.0], 1.5, velocity=[1.0, 0.0])
+    >>> answer.case.value, len(answer.solutions), round(answer.mu_P, 6)
+    ('indeterminate', 2, 1.333333)
+    >>> round(answer.sector.half_angle, 6), round(answer.least_over_normals, 6)
+    (0.475882, 0.881917)
+    """
+
+    problem: SpatialProblem
+    solutions: tuple[SpatialSolution, ...]
+
+    def __repr__(self) -> str:
+        """Return case and modes in one line."""
+        modes = "; ".join(s.mode.value for s in self.solutions)
+        return f"ContactAnswer {self.case.value}{': ' * bool(modes)}{modes}"
+
+    @cached_property
+    def case(self) -> ContactCase:
+        """The case, by number and kind of the solutions."""
+        return self.problem.case_of(self.solutions)
+
+    @property
+    def mu(self) -> float:
+        """The friction coefficient."""
+        return self.problem.friction[0].mu
+
+    @cached_property
+    def slip(self) -> tuple[float, ...]:
+        """Direction e of the slip; at rest that of the free acceleration b_t, empty where b_t = 0.
+
+        A unit vector along the tangents.
+        """
+        (set_,), (e,) = self.problem.friction, self.problem.directions
+        return e or set_.direction(self.problem.b[1:].tolist())
+
+    @property
+    def A(self) -> float | None:
+        """A of a_n = A F_n + B in slip along `slip`, 1/kg; None where that is empty.
+
+        A value within rounding of its terms is exactly 0.
+        """
+        if not self.slip:
+            return None
+        coupling = float(self.problem.W[0, 1:] @ np.array(self.slip))
+        return float(rounded_difference(self.problem.W[0, 0], self.mu * coupling))
+
+    @property
+    def B(self) -> float:
+        """B = b_n, in m/s²."""
+        return float(self.problem.b[0])
+
+    @property
+    def mu_P(self) -> float | None:
+        """Least friction with A < 0 for some direction of slip; None where no friction has it."""
+        return critical_friction_of(self.problem.W)
+
+    @property
+    def sector(self) -> Sector | None:
+        """The directions of slip with A < 0; None where A >= 0 for all of them."""
+        return sector_of(self.problem.W, self.mu)
+
+    @property
+    def least_over_normals(self) -> float | None:
+        """Least μ_P over all directions of the surface's normal; None where none has a paradox."""
+        return least_over_normals(self.problem.W)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys."""
+        return {
+            "A": self.A,
+            "B": self.B,
+            "mu_P": self.mu_P,
+            "sector": None if self.sector is None else vars(self.sector).copy(),
+            "least_over_normals": self.least_over_normals,
+            "case": self.case.value,
+            "solutions": [_solution_data(s) for s in self.solutions],
+        }
+
+
+def _solution_data(solution: SpatialSolution) -> dict[str, Any]:
+    return {
+        "mode": solution.mode.value,
+        "direction": solution.direction,
+        "force": solution.force.tolist(),
+        "acceleration": solution.acceleration.tolist(),
+        "isolated": solution.isolated,
+        "residual": solution.residual,
+    }
+
+
+def contact(
+    W: npt.ArrayLike,
+    b: npt.ArrayLike,
+    mu: float,
+    velocity: float | Sequence[float] | npt.ArrayLike = 0.0,
+) -> ContactAnswer:
+    """Return what one rigid contact may do, from its mobility: case, solutions, critical friction.
+
+    Parameters
+    ----------
+    W : array_like, shape (3, 3) or (2, 2)
+        Mobility ``J M^-1 J'`` (Delassus matrix) with rows n, t1, t2 in space and n, t in the plane;
+        in 1/kg, symmetric and positive semidefinite.
+    b : array_like, shape (3,) or (2,)
+        Acceleration of the contact without contact force, same rows; m/s².
+    mu : float
+        Friction coefficient, >= 0.
+    velocity : array_like of 2 float, or a float
+        Slip velocity along t1, t2 in space, along t in the plane, in m/s: only its direction
+        matters, and exactly 0, the default, is a contact at rest.
+
+    Raises
+    ------
+    InputError
+        For wrong shapes, numbers that are not finite, mu < 0 or a mobility that is not symmetric
+        and semidefinite.
+
+    References
+    ----------
+    Champneys & Várkonyi (2016). The bound over all normals: Gustafson & Rao (1997).
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> answer = ps.contact([[4.0, 1.0], [1.0, 2.0]], [-9.8, 0.0], 0.5, velocity=-1.0)
+    >>> answer
+    ContactAnswer slip: slip
+    >>> answer.solutions[0].force.round(6).tolist()
+    [2.177778, 1.088889]
+    """
+    try:
+        given = np.array(W, dtype=float)
+    except (TypeError, ValueError):
+        given = np.zeros(0)
+    if given.shape not in ((2, 2), (3, 3)):
+        raise InputError(
+            f"contact: W: got shape {given.shape}, need (3, 3) in space or (2, 2) in the plane. "
+            "Fix: give W with rows n, t1, t2, or n, t."
+        )
+    friction = Disc(mu) if len(given) == 3 else Interval(mu)
+    slip = np.asarray(velocity)
+    if slip.ndim == 0:
+        slip = np.full(friction.n_tangents, slip)
+        if friction.n_tangents > 1 and bool(np.any(slip)):
+            raise InputError(
+                f"contact: velocity: got {velocity!r}, need two numbers along t1 and t2. "
+                "Fix: velocity=[v1, v2]."
+            )
+    problem = SpatialProblem(given, np.asarray(b), (friction,), (tuple(slip),))
+    return ContactAnswer(problem, problem.solutions())
+
+
+def critical_friction_of(W: FloatArray) -> float | None:
+    """Return μ_P = W_nn/|w| of a mobility with rows n, t1, t2 (or n, t); None where w = 0."""
+    coupling = math.hypot(*W[0, 1:].tolist())
+    return float(W[0, 0]) / coupling if coupling > 0 else None
+
+
+def sector_of(W: FloatArray, mu: float) -> Sector | None:
+    """Return the directions of slip with A < 0; None where there are none."""
+    critical = critical_friction_of(W)
+    if critical is None or not mu > critical:
+        return None
+    w = W[0, 1:].tolist()
+    half = math.acos(critical / mu) if len(w) == 2 else 0.0
+    return Sector(math.atan2((*w, 0.0)[1], w[0]), half)
+
+
+def least_over_normals(W: FloatArray) -> float | None:
+    """Return 2 √(λ₁ λ₃)/(λ₃ − λ₁), the least μ_P over all normals; None where λ₁ = λ₃."""
+    stretch = np.linalg.eigvalsh(W)
+    low, high = max(float(stretch[0]), 0.0), float(stretch[-1])
+    return 2 * math.sqrt(low) * math.sqrt(high) / (high - low) if high > low else None

@@ -1,0 +1,277 @@
+"""Search for the forces of several contacts of which some rest in space: Newton from many starts.
+
+Normal and friction forces solve a nonlinear complementarity problem, written with projections::
+
+    F_n = max(0, F_n - r a_n),    F_t = P(F_t - r a_t),    a = W F + b
+
+where P projects on the disc (or interval) of radius μ max(0, F_n - r a_n). The equations have
+kinks, and Newton's method with one-sided derivatives converges locally as fast as on smooth ones
+(Alart & Curnier 1991). The starts are the solutions of the same contacts with pyramids instead of
+cones: each contact lifts off, sticks, or slips along one of the edges, and every choice is one
+linear system. No finite number of starts proves that nothing was missed.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.contacts.friction_set import Disc, FrictionSet
+from painleve_sym.contacts.local_mode import Vector
+from painleve_sym.errors import InputError
+
+MAX_STARTS = 1500
+"""Of one search: some seconds at most."""
+
+_SIDES = (12, 8, 6, 4)  # of the pyramids, as many as the number of starts allows
+_ITERATIONS = 40
+_STEPS = (1.0, 0.5, 0.25, 0.1, 0.01)  # parts of a Newton step
+_CONVERGED = 1e-11  # of the forces; the law's own residual is checked later
+
+IntArray = npt.NDArray[np.intp]
+Ways = Sequence[tuple[float, ...]]
+Rows = Sequence[tuple[int, ...]]
+
+
+class _Contact:
+    """One contact of the search: its rows, friction, direction of slip, and step lengths."""
+
+    def __init__(
+        self,
+        W: FloatArray,
+        own: tuple[int, ...],
+        mu: float,
+        kind: FrictionSet,
+        way: tuple[float, ...],
+    ) -> None:
+        self.n, self.t, self.mu, self.kind = own[0], list(own[1:]), mu, kind
+        self.way = np.array(way) if way else None
+        if not mu and self.way is None:
+            self.way = np.zeros(len(self.t))  # no friction: no force along the tangents
+        block = W[np.ix_(self.t, self.t)]
+        stretch = float(np.linalg.norm(block, 2))
+        self.r_n = 1 / W[self.n, self.n] if W[self.n, self.n] > 0 else 1.0
+        self.r_t = 1 / stretch if stretch > 0 else 1.0
+
+    def choices(self, sides: int) -> list[tuple[FloatArray, list[int]]]:
+        """Return force directions (columns) and vanishing rows: lift-off, slips, sticking."""
+        size = 1 + len(self.t)
+        offered = [(np.zeros((size, 0)), list[int]())]
+        ways = [self.way] if self.way is not None else list(map(np.array, self.kind.sampled(sides)))
+        for way in ways:
+            column = np.concatenate([[1.0], -self.mu * way])[:, None]
+            offered.append((column, [self.n]))
+        if self.way is None:
+            offered.append((np.eye(size), [self.n, *self.t]))
+        return offered
+
+
+def search(
+    W: FloatArray,
+    b: FloatArray,
+    mu: Sequence[float],
+    friction: Sequence[FrictionSet],
+    ways: Ways,
+    rows: Rows,
+) -> list[Vector]:
+    """Return forces to which Newton's method converged, each start's; still to be checked.
+
+    Parameters
+    ----------
+    W, b : ndarray
+        Scaled to order one.
+    mu : sequence of float
+        Friction coefficients of the scaled problem.
+    friction : sequence of FrictionSet
+    ways : sequence of tuple of float
+        Directions of slip, empty at rest.
+    rows : sequence of tuple of int
+        Rows of each contact, the normal one first.
+
+    Raises
+    ------
+    InputError
+        For contacts with more than `MAX_STARTS` starts. Fix: ask about fewer contacts.
+    """
+    given = zip(rows, mu, friction, ways, strict=True)
+    contacts = [_Contact(W, own, m, kind, way) for own, m, kind, way in given]
+    for sides in _SIDES:
+        choices = [c.choices(sides) for c in contacts]
+        count = math.prod(map(len, choices))
+        if count <= MAX_STARTS:
+            break
+    else:
+        resting = sum(isinstance(c.kind, Disc) and c.way is None for c in contacts)
+        raise InputError(
+            f"solutions() searches from too many starts: got {len(contacts)} contacts, {resting} "
+            f"of them in space at rest, which make {count} starts, need at most {MAX_STARTS}. "
+            "Fix: ask about fewer contacts."
+        )
+    starts, pieces = _starts(W, b, contacts, choices)
+    # The second method continues with the pieces of its start, and reaches solutions that the first
+    # one leaves for others.
+    ends = [
+        force
+        for method in (_Projections, _Pieces)
+        for force in _newton(method(W, b, contacts), starts, pieces)
+    ]
+    settled = np.array([_settled(W, b, contacts, force) for force in ends]).reshape(-1, len(b))
+    _, first = np.unique(np.round(settled, 10), axis=0, return_index=True)
+    return [force.tolist() for force in settled[np.sort(first)]]
+
+
+def _starts(
+    W: FloatArray,
+    b: FloatArray,
+    contacts: Sequence[_Contact],
+    choices: Sequence[list[tuple[FloatArray, list[int]]]],
+) -> tuple[FloatArray, IntArray]:
+    """Return the forces of every choice of pieces of the pyramids, shape (starts, r).
+
+    With them the piece of each contact, shape (starts, n): how many of its rows vanish.
+    """
+    starts, pieces = [], []
+    for chosen in itertools.product(*choices):
+        ways = np.zeros((len(b), sum(g.shape[1] for g, _ in chosen)))
+        column = 0
+        for contact, (way, _) in zip(contacts, chosen, strict=True):
+            end = column + way.shape[1]
+            ways[[contact.n, *contact.t], column:end] = way
+            column = end
+        vanish = [row for _, rows in chosen for row in rows]
+        block = (W @ ways)[vanish]
+        x = np.linalg.lstsq(block, -b[vanish], rcond=1e-10)[0] if vanish else np.zeros(0)
+        starts.append(ways @ x)
+        pieces.append([len(rows) for _, rows in chosen])
+    return np.array(starts), np.array(pieces)
+
+
+def _newton(method: _Projections | _Pieces, starts: FloatArray, pieces: IntArray) -> FloatArray:
+    """Return the ends of those starts that converge."""
+    ends, forces = [np.zeros((0, starts.shape[1]))], starts
+    left, slopes = method(forces, pieces)
+    for _ in range(_ITERATIONS):
+        try:
+            step = np.linalg.solve(slopes, -left[..., None])[..., 0]
+        except np.linalg.LinAlgError:  # one of them is singular
+            step = -(np.linalg.pinv(slopes) @ left[..., None])[..., 0]
+        tried = np.array([forces + part * step for part in _STEPS])
+        sizes = np.array([_size(method(f, pieces)[0]) for f in tried])
+        sizes[~np.isfinite(sizes)] = np.inf
+        pick = np.argmin(sizes, axis=0)
+        better = sizes.min(axis=0) < _size(left)
+        ends.append(forces[~better & (_size(left) <= _CONVERGED * (1 + _size(forces)))])
+        forces, pieces = tried[pick, np.arange(len(forces))][better], pieces[better]
+        if not len(forces):
+            break
+        left, slopes = method(forces, pieces)
+    return np.concatenate(ends)
+
+
+def _size(vectors: FloatArray) -> FloatArray:
+    size: FloatArray = np.linalg.norm(vectors, axis=-1)
+    return size
+
+
+@dataclass(frozen=True)
+class _Projections:
+    """The equations with projections, with a derivative from one side."""
+
+    W: FloatArray
+    b: FloatArray
+    contacts: Sequence[_Contact]
+
+    def __call__(self, forces: FloatArray, _: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return the defects, shape (m, r), and their derivatives, shape (m, r, r)."""
+        W = self.W
+        a = forces @ W + self.b
+        unit = np.eye(len(W))
+        left, slope = np.empty_like(forces), np.empty((*forces.shape, len(W)))
+        for c in self.contacts:
+            pressed = forces[:, c.n] - c.r_n * a[:, c.n]
+            active = (pressed > 0)[:, None]
+            d_pressed = np.where(active, unit[c.n] - c.r_n * W[c.n], 0.0)
+            left[:, c.n] = forces[:, c.n] - np.maximum(pressed, 0.0)
+            slope[:, c.n] = unit[c.n] - d_pressed
+            if c.way is not None:
+                left[:, c.t] = forces[:, c.t] + c.mu * forces[:, [c.n]] * c.way
+                slope[:, c.t] = unit[c.t] + c.mu * c.way[:, None] * unit[c.n]
+                continue
+            pulled = forces[:, c.t] - c.r_t * a[:, c.t]
+            d_pulled = unit[c.t] - c.r_t * W[c.t]
+            radius = c.mu * np.maximum(pressed, 0.0)[:, None]
+            length = np.linalg.norm(pulled, axis=1)[:, None]
+            inside = length <= radius
+            way = pulled / np.where(length > 0, length, 1.0)
+            part = radius / np.where(length > 0, length, 1.0)
+            left[:, c.t] = forces[:, c.t] - np.where(inside, pulled, radius * way)
+            across = d_pulled - way[:, :, None] * (way[:, None, :] @ d_pulled)
+            edge = way[:, :, None] * (c.mu * d_pressed)[:, None, :] + part[:, :, None] * across
+            slope[:, c.t] = unit[c.t] - np.where(inside[:, :, None], d_pulled, edge)
+        return left, slope
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """The equations of given pieces of the law, without its inequalities: smooth ones."""
+
+    W: FloatArray
+    b: FloatArray
+    contacts: Sequence[_Contact]
+
+    def __call__(self, forces: FloatArray, pieces: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return the defects, shape (m, r), and their derivatives, shape (m, r, r)."""
+        W, a = self.W, forces @ self.W + self.b
+        unit = np.eye(len(W))
+        left, slope = np.empty_like(forces), np.empty((*forces.shape, len(W)))
+        for i, c in enumerate(self.contacts):
+            off, stuck = (pieces[:, i] == 0)[:, None], (pieces[:, i] > 1)[:, None]
+            left[:, c.n] = np.where(off[:, 0], forces[:, c.n], a[:, c.n])
+            slope[:, c.n] = np.where(off, unit[c.n], W[c.n])
+            pull, speed = forces[:, c.t], a[:, c.t]
+            length = np.linalg.norm(pull, axis=1)[:, None]
+            way = pull / np.where(length > 0, length, 1.0)
+            slipping, edge = np.empty_like(pull), np.empty((*pull.shape, len(W)))
+            if c.way is not None:
+                slipping[:] = pull + c.mu * forces[:, [c.n]] * c.way
+                edge[:] = unit[c.t] + c.mu * c.way[:, None] * unit[c.n]
+            else:
+                slipping[:, :1] = length - c.mu * forces[:, [c.n]]
+                edge[:, 0] = way @ unit[c.t] - c.mu * unit[c.n]
+                if len(c.t) > 1:  # no acceleration across the friction
+                    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+                    normal = way @ turn
+                    slipping[:, 1] = (normal * speed).sum(axis=1)
+                    part = (speed @ turn.T) / np.where(length > 0, length, 1.0)
+                    part -= way * (part * way).sum(axis=1)[:, None]
+                    edge[:, 1] = normal @ W[c.t] + part @ unit[c.t]
+            left[:, c.t] = np.where(off, pull, np.where(stuck, speed, slipping))
+            kinds = np.where(stuck[..., None], W[c.t], edge)
+            slope[:, c.t] = np.where(off[..., None], unit[c.t], kinds)
+        return left, slope
+
+
+def _settled(
+    W: FloatArray, b: FloatArray, contacts: Sequence[_Contact], force: FloatArray
+) -> FloatArray:
+    """Return a force with zeros where contacts lift off, and on the cone where they slip."""
+    a, settled = W @ force + b, force.copy()
+    for c in contacts:
+        if force[c.n] - c.r_n * a[c.n] <= 0:
+            settled[[c.n, *c.t]] = 0.0
+            continue
+        limit = c.mu * force[c.n]
+        if c.way is not None:
+            settled[c.t] = -limit * c.way
+            continue
+        pulled = force[c.t] - c.r_t * a[c.t]
+        length = math.hypot(*pulled.tolist())
+        if length > limit:
+            settled[c.t] = limit * pulled / length
+    return settled

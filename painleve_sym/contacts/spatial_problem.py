@@ -1,0 +1,538 @@
+"""Contacts in space, or in space and in the plane together: which forces and accelerations agree.
+
+A contact in space has three rows, n, t1, t2, and a `Disc` of friction; a planar one n, t and an
+`Interval`. F_n pushes the bodies apart, a_n separates them, tangential forces and accelerations
+count along the tangents, and ``a = W F + b``.
+
+A contact that slides with velocity v along e = v/|v| has F_t = -μ F_n e: in the plane of n and e it
+is a planar contact that slides forwards, and what it does across that plane takes no force. So
+while every disc slides, all contacts together are a planar `ContactProblem`, whose kernel finds
+every solution. Discs at rest are not piecewise linear: one alone has its solutions at the roots of
+a polynomial of degree 4 (`disc_at_rest`); several are a nonlinear complementarity problem, for
+which `resting_contacts` searches from many starts.
+
+References
+----------
+Champneys & Várkonyi (2016).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import operator
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
+from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.contacts.disc_at_rest import forces_at_rest
+from painleve_sym.contacts.friction_set import Disc, FrictionSet
+from painleve_sym.contacts.local_mode import ContactMode, Vector
+from painleve_sym.contacts.problem import (
+    ROUNDING,
+    ContactCase,
+    ContactProblem,
+    ContactSolution,
+    mobility_matrix_faults,
+)
+from painleve_sym.contacts.resting_contacts import search
+from painleve_sym.errors import InputError, received
+
+_SIGN = 1e-12  # of the terms of an acceleration: what may be missing to its right sign
+_DISTINCT = 1e-8  # of the terms of every acceleration: nearer solutions are one
+_SAME_MOTION = 1e-9  # of the largest acceleration without forces
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialSolution:
+    """Hold one verified set of forces and accelerations of contacts in space.
+
+    Attributes
+    ----------
+    modes : tuple of ContactMode
+        LIFTOFF, SLIP or STICK of each contact.
+    directions : tuple of (float or None)
+        Angle of the slip, or of the acceleration with which it begins, from t1 towards t2, in rad
+        from −π to π; 0 or π of a planar contact. None of a contact that sticks or lifts off.
+    forces, accelerations : tuple of ndarray, shapes (3,) and (2,)
+        n, t1, t2 of each contact, n, t of a planar one; N and m/s². What a mode fixes at 0 is
+        exactly 0.
+    residual : float
+        How far the forces are from the laws, free of units; rounding leaves some 1e-15.
+    isolated : bool or None
+        False where the forces belong to a continuum of solutions; None where that is not known.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W = [[4.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 2.0]]
+    >>> [solution] = ps.contact(W, [-9.8, 0.0, 6.0], 0.5).solutions
+    >>> solution.mode.value, round(solution.direction, 3), solution.force.round(3).tolist()
+    ('slip', 1.165, [2.577, -0.509, -1.184])
+    """
+
+    modes: tuple[ContactMode, ...]
+    directions: tuple[float | None, ...]
+    forces: tuple[FloatArray, ...]
+    accelerations: tuple[FloatArray, ...]
+    residual: float
+    isolated: bool | None
+
+    def __repr__(self) -> str:
+        """Return modes and forces in one line."""
+        parts = (
+            f"{mode.value} {np.array2string(force, precision=6, separator=', ')}"
+            for mode, force in zip(self.modes, self.forces, strict=True)
+        )
+        return f"SpatialSolution {'; '.join(parts)} N"
+
+    @property
+    def mode(self) -> ContactMode:
+        """Return what the only contact does."""
+        (mode,) = self.modes
+        return mode
+
+    @property
+    def direction(self) -> float | None:
+        """Return the angle of slip of the only contact, in rad."""
+        (direction,) = self.directions
+        return direction
+
+    @property
+    def force(self) -> FloatArray:
+        """Return the force of the only contact, in N."""
+        (force,) = self.forces
+        return force
+
+    @property
+    def acceleration(self) -> FloatArray:
+        """Return the acceleration of the only contact, in m/s²."""
+        (acceleration,) = self.accelerations
+        return acceleration
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialProblem:
+    """State the contact problem of n closed contacts in space, all with zero normal velocity.
+
+    Parameters
+    ----------
+    W : array_like, shape (r, r)
+        Mobility ``J M^-1 J'``, contact by contact: rows n, t1, t2 of a disc, n, t of an interval;
+        in 1/kg, symmetric and positive semidefinite.
+    b : array_like, shape (r,)
+        Accelerations without contact force, in the same order, in m/s².
+    friction : sequence of n FrictionSet
+        `Disc` of a contact in space, `Interval` of a planar one.
+    slip : sequence of n sequences of float
+        Slip velocities: two numbers for a disc, one for an interval; in m/s. Only the direction
+        matters, and exactly 0 means at rest.
+
+    Raises
+    ------
+    InputError
+        For wrong shapes, entries that are not finite, or a mobility that is not symmetric and
+        semidefinite.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W = [[4.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 2.0]]
+    >>> problem = ps.SpatialProblem(W, [-9.8, 0.0, 0.0], [ps.Disc(0.5)], [(-1.0, 0.0)])
+    >>> [solution] = problem.solutions()
+    >>> solution.mode.value, solution.force.round(6).tolist()
+    ('slip', [2.177778, 1.088889, 0.0])
+    """
+
+    W: FloatArray
+    b: FloatArray
+    friction: tuple[FrictionSet, ...]
+    slip: tuple[tuple[float, ...], ...]
+
+    def __post_init__(self) -> None:
+        """Check every array and keep read-only copies."""
+        fields = vars(self)
+        sets, slips = tuple(self.friction), tuple(self.slip)
+        if not sets or not all(isinstance(s, FrictionSet) for s in sets):
+            raise InputError(
+                f"{_STATED}friction: got {received(self.friction)}, need a Disc or an Interval for "
+                "each contact. Fix: friction=[Disc(0.5)]."
+            )
+        if len(slips) != len(sets):
+            raise InputError(
+                f"{_STATED}slip: got {len(slips)} velocities for {len(sets)} contacts, need one "
+                "for each."
+            )
+        fields["friction"] = sets
+        fields["slip"] = tuple(
+            tuple(_array(v, f"slip of contact {i}", (s.n_tangents,)).tolist())
+            for i, (v, s) in enumerate(zip(slips, sets, strict=True))
+        )
+        size = self.rows[-1][-1] + 1
+        W, b = _array(self.W, "W", (size, size)), _array(self.b, "b", (size,))
+        faults = mobility_matrix_faults(W, "n, t1, t2 of each disc, n, t of each interval")
+        if faults:
+            raise InputError(_STATED + " Also, ".join(faults))
+        fields["W"], fields["b"] = (W + W.T) / 2, b
+        for array in (self.W, self.b):
+            array.setflags(write=False)
+
+    @cached_property
+    def rows(self) -> tuple[tuple[int, ...], ...]:
+        """The rows of each contact, the normal one first."""
+        ends = list(itertools.accumulate((1 + s.n_tangents for s in self.friction), initial=0))
+        return tuple(tuple(range(*pair)) for pair in itertools.pairwise(ends))
+
+    @cached_property
+    def directions(self) -> tuple[tuple[float, ...], ...]:
+        """Unit vectors of the slip velocities, empty at rest."""
+        return tuple(s.direction(v) for s, v in zip(self.friction, self.slip, strict=True))
+
+    @cached_property
+    def resting(self) -> tuple[int, ...]:
+        """The discs at rest, where friction acts: what makes the problem nonlinear."""
+        return tuple(
+            i
+            for i, (s, e) in enumerate(zip(self.friction, self.directions, strict=True))
+            if isinstance(s, Disc) and s.mu > 0 and not e
+        )
+
+    @property
+    def complete(self) -> bool:
+        """Whether `solutions` returns every solution, up to those of a continuum."""
+        return not self.resting or len(self.friction) == 1
+
+    @property
+    def guarantee(self) -> str:
+        """Sentences on how certain it is that the solutions are all."""
+        if self.complete:
+            return "These are all solutions; each was checked by its residual."
+        text = (
+            "Each solution was checked by its residual. Contacts in space at rest have no finite "
+            "list of cases: that these are all solutions is not guaranteed."
+        )
+        if all(not e for e in self.directions) and float(np.linalg.eigvalsh(self._unit)[0]) > 1e-12:
+            text += " With all contacts at rest and W positive definite there is at least one."
+        return text
+
+    @cached_property
+    def _unit(self) -> FloatArray:
+        """W scaled to a diagonal of ones."""
+        root = np.sqrt(np.where(np.diag(self.W) > 0, np.diag(self.W), 1.0))
+        scaled: FloatArray = self.W / np.outer(root, root)
+        return scaled
+
+    # ---- solutions ----
+
+    def solutions(self) -> tuple[SpatialSolution, ...]:
+        """Return the consistent sets of forces, each checked by its residual.
+
+        Whether these are all is `complete`, and `guarantee` in words. An empty tuple is the
+        inconsistent case where they are.
+
+        Raises
+        ------
+        InputError
+            For more contacts than all their cases can be tried. Fix: ask about fewer contacts.
+        """
+        if not self.resting:
+            return tuple(map(self._from_plane, self.plane.solutions()))
+        if len(self.friction) == 1:
+            W, b, mu, unit = self._scaled
+            given = (
+                (r.force, (r.mode,), r.isolated)
+                for r in forces_at_rest(W.tolist(), b.tolist(), *mu)
+            )
+            return self._checked(given, unit)
+        W, b, mu, unit = self._scaled
+        ends = search(W, b, mu, self.friction, self.directions, self.rows)
+        return self._checked(((force, None, None) for force in ends), unit)
+
+    def case_of(self, solutions: Sequence[SpatialSolution]) -> ContactCase:
+        """Classify the problem by its solutions; see `ContactCase`."""
+        if not solutions:
+            return ContactCase.INCONSISTENT
+        single = len(solutions) == 1 and solutions[0].isolated is not False
+        if len(self.friction) > 1:
+            if single:
+                return ContactCase.UNIQUE
+            size = float(np.max(np.abs(self.b)))
+            motions = [np.concatenate(s.accelerations) for s in solutions]
+            same = all(
+                np.allclose(a, motions[0], rtol=0, atol=_SAME_MOTION * size) for a in motions
+            )
+            return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE
+        if not single:
+            return ContactCase.INDETERMINATE
+        return _CASES[solutions[0].mode]
+
+    # ---- sliding ----
+
+    @cached_property
+    def _into_plane(self) -> FloatArray:
+        """Rows n and e of every contact by its own rows, shape (2 n, r)."""
+        turn = np.zeros((2 * len(self.friction), self.b.size))
+        for i, (own, e) in enumerate(zip(self.rows, self.directions, strict=True)):
+            turn[2 * i, own[0]] = 1.0
+            turn[2 * i + 1, list(own[1:])] = e or (1.0, *[0.0] * (len(own) - 2))
+        return turn
+
+    @cached_property
+    def plane(self) -> ContactProblem:
+        """The same problem in the planes of slip: every disc an interval along its slip.
+
+        A disc at rest counts along t1, which is its law only where it has no friction.
+        """
+        turn = self._into_plane
+        mu = np.array([s.mu for s in self.friction])
+        moving = np.array([float(bool(e)) for e in self.directions])
+        W = turn @ self.W @ turn.T
+        # What rounding leaves of a zero would be a coupling of a contact that does not move.
+        W[np.abs(W) <= ROUNDING * (np.abs(turn) @ np.abs(self.W) @ np.abs(turn.T))] = 0.0
+        still = np.diag(W) <= 0
+        W[still], W[:, still] = 0.0, 0.0
+        return ContactProblem(W, turn @ self.b, mu, moving)
+
+    def _from_plane(self, solution: ContactSolution) -> SpatialSolution:
+        forces = self._into_plane.T @ solution.forces
+        return self._solution(forces, solution.modes, solution.residual, solution.isolated)
+
+    def _solution(
+        self,
+        forces: FloatArray,
+        modes: Sequence[ContactMode],
+        residual: float,
+        isolated: bool | None,
+    ) -> SpatialSolution:
+        """Return checked forces with their accelerations and the directions of slip."""
+        a = self.W @ forces + self.b
+        terms = np.abs(self.W) @ np.abs(forces) + np.abs(self.b)
+        a = np.where(np.abs(a) <= ROUNDING * terms, 0.0, a)
+        named, angles, parts = list[ContactMode](), list[float | None](), list[FloatArray]()
+        for own, mode, e in zip(self.rows, modes, self.directions, strict=True):
+            word, way = mode, e
+            n, tangents = own[0], list(own[1:])
+            if mode is not ContactMode.LIFTOFF:
+                a[n] = 0.0
+                if mode is ContactMode.STICK:
+                    a[tangents] = 0.0
+                # Without friction, or at the edge of the cone, the acceleration alone shows it.
+                way = e or self.friction[len(named)].direction(a[tangents].tolist())
+                word = ContactMode.SLIP if way else ContactMode.STICK
+            named.append(word)
+            angle = math.atan2((*way, 0.0)[1], way[0]) if word is ContactMode.SLIP else None
+            angles.append(angle)
+            part = forces[list(own)] + 0.0  # no -0.0
+            part.setflags(write=False)
+            parts.append(part)
+        motions = [a[list(own)] + 0.0 for own in self.rows]
+        for motion in motions:
+            motion.setflags(write=False)
+        return SpatialSolution(
+            tuple(named), tuple(angles), tuple(parts), tuple(motions), residual, isolated
+        )
+
+    # ---- at rest ----
+
+    @cached_property
+    def _scaled(self) -> tuple[FloatArray, FloatArray, Vector, FloatArray]:
+        """W, b and μ scaled to order one by powers of two, and the unit of the scaled forces.
+
+        The tangents of one contact keep one scale, so that a disc stays a disc.
+        """
+        diagonal, d = np.diag(self.W), np.ones(self.b.size)
+        for own in self.rows:
+            for part in ([own[0]], list(own[1:])):
+                largest = float(diagonal[part].max())
+                if largest > 0:
+                    d[part] = math.ldexp(1.0, math.frexp(largest)[1] // 2)
+        offset = self.b / d
+        largest = float(np.abs(offset).max())
+        size = math.ldexp(1.0, math.frexp(largest)[1]) if largest > 0 else 1.0
+        mu = [
+            s.mu * float(d[t] / d[n])
+            for s, (n, t, *_) in zip(self.friction, self.rows, strict=True)
+        ]
+        return self.W / np.outer(d, d), offset / size, mu, size / d
+
+    def _checked(
+        self,
+        given: Iterable[tuple[Vector, Sequence[ContactMode] | None, bool | None]],
+        unit: FloatArray,
+    ) -> tuple[SpatialSolution, ...]:
+        """Return those scaled forces that solve the problem, each once, by their normal forces."""
+        law = _BallLaw(self)
+        kept: list[tuple[Vector, tuple[ContactMode, ...], float, bool | None]] = []
+        for forces, modes, isolated in given:
+            residual = law.residual(forces)
+            if residual > RESIDUAL_TOLERANCE:
+                continue
+            entry = forces, tuple(modes or law.modes(forces)), residual, isolated
+            twin = next((k for k, other in enumerate(kept) if law.same(forces, other[0])), None)
+            if twin is None:
+                kept.append(entry)
+                continue
+            other = kept[twin]
+            # Other forces with the same motion: a continuum, such as of a body on many feet.
+            alone = (
+                False
+                if False in (isolated, other[3]) or not law.near(forces, other[0])
+                else isolated
+            )
+            kept[twin] = (*(entry if residual < other[2] else other)[:3], alone)
+        wide = [entry for entry in kept if entry[3] is False]
+        # One representative of each continuum: of directions of slip there may be many.
+        kept = [entry for k, entry in enumerate(kept) if entry[3] is not False or entry in wide[:1]]
+        kept.sort(key=lambda entry: [round(f, 12) for f in law.order(entry[0])])
+        return tuple(
+            self._solution(unit * np.array(forces), modes, residual, isolated)
+            for forces, modes, residual, isolated in kept
+        )
+
+
+class _BallLaw:
+    """The laws of all contacts on scaled forces: friction within a ball of radius μ F_n.
+
+    All measures are free of units and of the choice of the tangents: forces and accelerations of
+    the tangents count by their length.
+    """
+
+    def __init__(self, problem: SpatialProblem) -> None:
+        W, b, self.mu, _ = problem._scaled
+        self.W, self.b = W, b
+        self.ways = problem.directions
+        self.parts = [part for own in problem.rows for part in ([own[0]], list(own[1:]))]
+        self.count = len(problem.friction)
+        self.sizes = [
+            [float(np.linalg.norm(W[np.ix_(p, q)], 2)) for q in self.parts] for p in self.parts
+        ]
+        self.offsets = [float(np.linalg.norm(b[p])) for p in self.parts]
+
+    def _lengths(self, vector: npt.NDArray[np.float64]) -> Vector:
+        return [math.hypot(*vector[p].tolist()) for p in self.parts]
+
+    def _terms(self, lengths: Vector) -> Vector:
+        return [
+            sum(map(operator.mul, row, lengths)) + offset
+            for row, offset in zip(self.sizes, self.offsets, strict=True)
+        ]
+
+    def residual(self, forces: Vector) -> float:
+        """Return the largest violation of a law, as a fraction of its terms."""
+        point = np.array(forces)
+        if not np.isfinite(point).all():
+            return math.inf
+        a, lengths = self.W @ point + self.b, self._lengths(point)
+        terms, worst = self._terms(lengths), 0.0
+        for i in range(self.count):
+            n, t = 2 * i, 2 * i + 1
+            normal, (a_n,) = float(point[self.parts[n][0]]), a[self.parts[n]].tolist()
+            friction, a_t = point[self.parts[t]].tolist(), a[self.parts[t]].tolist()
+            leaving = _share(a_n, terms[n])
+            weight = max(
+                _share(self.sizes[k][n] * abs(normal), terms[k]) for k in range(2 * self.count)
+            )
+            held = max(weight if normal < 0 else min(weight, abs(leaving)), -leaving, 0.0)
+            if normal == 0 and leaving < -_SIGN:
+                return 1.0
+            limit = self.mu[i] * max(normal, 0.0)
+            span = lengths[t] + limit
+            outside = _share(lengths[t] - limit, span)
+            if self.ways[i]:
+                missed = math.hypot(
+                    *(f + limit * e for f, e in zip(friction, self.ways[i], strict=True))
+                )
+                opposing = _share(missed, span)
+            else:
+                size = terms[t] * lengths[t]
+                along = _share(sum(map(operator.mul, friction, a_t)), size)
+                across = 0.0
+                if len(friction) == 2:
+                    across = _share(abs(friction[0] * a_t[1] - friction[1] * a_t[0]), size)
+                inside = min(
+                    max(-outside, 0.0), _share(math.hypot(*a_t), terms[t])
+                )  # less than the limit only without acceleration
+                opposing = max(inside, across, along if along > _SIGN else 0.0)
+            worst = max(worst, held, outside, opposing)
+        return worst
+
+    def modes(self, forces: Vector) -> list[ContactMode]:
+        """Return the modes that forces show."""
+        point, modes = np.array(forces), []
+        lengths = self._lengths(point)
+        for i, e in enumerate(self.ways):
+            normal, size = float(point[self.parts[2 * i][0]]), lengths[2 * i + 1]
+            if normal == 0:
+                modes.append(ContactMode.LIFTOFF)
+            elif e or size >= self.mu[i] * normal * (1 - 1e-9):
+                modes.append(ContactMode.SLIP)
+            else:
+                modes.append(ContactMode.STICK)
+        return modes
+
+    def same(self, first: Vector, second: Vector) -> bool:
+        """Return whether two forces are equal, or with several contacts their accelerations."""
+        if self.near(first, second):
+            return True
+        p, q = np.array(first), np.array(second)
+        step, sizes = (
+            self._lengths(self.W @ (p - q)),
+            list(map(max, self._lengths(p), self._lengths(q))),
+        )
+        terms = self._terms(sizes)
+        return self.count > 1 and all(map(lambda s, size: s <= _DISTINCT * size, step, terms))
+
+    def near(self, first: Vector, second: Vector) -> bool:
+        """Return whether the step between two forces is negligible for every acceleration."""
+        p, q = np.array(first), np.array(second)
+        sizes = list(map(max, self._lengths(p), self._lengths(q)))
+        step, terms = self._lengths(p - q), self._terms(sizes)
+        return all(
+            _share(w * s, size) <= _DISTINCT
+            for row, size in zip(self.sizes, terms, strict=True)
+            for w, s in zip(row, step, strict=True)
+        )
+
+    def order(self, forces: Vector) -> Vector:
+        """Return by what solutions are ordered: the normal forces, then the others."""
+        point = np.array(forces)
+        return [*point[[p[0] for p in self.parts[::2]]].tolist(), *forces]
+
+
+_CASES = {
+    ContactMode.LIFTOFF: ContactCase.LIFTOFF,
+    ContactMode.SLIP: ContactCase.SLIP,
+    ContactMode.STICK: ContactCase.STICK,
+}
+_STATED = "SpatialProblem cannot be stated, "
+
+
+def _share(part: float, whole: float) -> float:
+    """Return part / whole, 0 where there is nothing."""
+    return part / whole if whole > 0 else 0.0
+
+
+def _array(value: object, name: str, shape: tuple[int, ...]) -> FloatArray:
+    """Return finite numbers of a shape; InputError for others."""
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        array = np.array(math.nan)
+    if array.ndim == 0 and shape == (1,):
+        array = array.reshape(1)
+    if array.shape != shape and np.isfinite(array).all():
+        raise InputError(
+            f"{_STATED}{name}: got shape {array.shape}, need {shape}. Fix: give three rows n, t1, "
+            "t2 for each disc and two rows n, t for each interval."
+        )
+    if not np.isfinite(array).all():
+        raise InputError(
+            f"{_STATED}{name}: got {received(value)}, need finite numbers. "
+            "Fix: check the state it was evaluated at."
+        )
+    return array
