@@ -22,11 +22,11 @@ RATE = sp.Symbol("theta_dot_squared", real=True)
 LARGEST, LEAST = sp.symbols("psi_dot_0 psi_dot_m", positive=True)
 
 QUANTITIES = (
-    Quantity(BETA, r"\beta", "rad", "angle of the slip from $-(\\cos\\psi, \\sin\\psi)$"),
-    Quantity(A, "A", "1/kg", "of the normal acceleration $A F_n + B$"),
+    Quantity(BETA, r"\beta", "rad", "angle of the slip from the direction against the azimuth"),
+    Quantity(A, "A", "1/kg", "normal acceleration per normal force while sliding"),
     Quantity(B, "B", "m/s²", "normal acceleration without contact force"),
-    Quantity(K, "k", "1/kg", "with $F_n$ the slip velocity gains $k F_n$"),
-    Quantity(H, "h", "1/kg", "with $F_n$ the angle of the slip turns by $h F_n/v$"),
+    Quantity(K, "k", "1/kg", "gain of the slip velocity per normal impulse"),
+    Quantity(H, "h", "1/kg", "turn of the slip times v, per normal impulse"),
     Quantity(MU_P, r"\mu_P", "1", "critical friction: $A < 0$ above it for $\\beta = 0$"),
     Quantity(SLIP, "v", "m/s", "slip velocity"),
     Quantity(INVARIANT, "C", "1", "constant along an impact"),

@@ -7,7 +7,7 @@ import math
 
 
 def A(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
-    """Return of the normal acceleration A F_n + B; 1/kg.
+    """Return normal acceleration per normal force while sliding; 1/kg.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def A(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
     mu : float
         friction coefficient; 1.
     beta : float
-        angle of the slip from -(\cos\psi, \sin\psi); rad.
+        angle of the slip from the direction against the azimuth; rad.
     """
     return (
         (-alpha*mu*math.sin(theta)*math.cos(beta)*math.cos(theta) + alpha*math.cos(theta)**2 +
@@ -128,7 +128,7 @@ def psi_dot_m(l: float, g: float) -> float:
 
 
 def k(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
-    """Return with F_n the slip velocity gains k F_n; 1/kg.
+    """Return gain of the slip velocity per normal impulse; 1/kg.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def k(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
     mu : float
         friction coefficient; 1.
     beta : float
-        angle of the slip from -(\cos\psi, \sin\psi); rad.
+        angle of the slip from the direction against the azimuth; rad.
     """
     return (
         (alpha*mu*math.cos(beta)**2*math.cos(theta)**2 +
@@ -150,7 +150,7 @@ def k(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
 
 
 def h(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
-    """Return with F_n the angle of the slip turns by h F_n/v; 1/kg.
+    """Return turn of the slip times v, per normal impulse; 1/kg.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def h(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
     mu : float
         friction coefficient; 1.
     beta : float
-        angle of the slip from -(\cos\psi, \sin\psi); rad.
+        angle of the slip from the direction against the azimuth; rad.
     """
     return (
         -alpha*(mu*math.cos(beta)*math.cos(theta) +
@@ -183,7 +183,7 @@ def C(theta: float, alpha: float, mu: float, beta: float, v: float) -> float:
     mu : float
         friction coefficient; 1.
     beta : float
-        angle of the slip from -(\cos\psi, \sin\psi); rad.
+        angle of the slip from the direction against the azimuth; rad.
     v : float
         slip velocity; m/s.
     """
