@@ -444,6 +444,55 @@ def test_commands_that_do_not_take_space_say_so(words, capsys, tmp_path, monkeyp
     assert "Traceback" not in error and not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    "question",
+    [
+        lambda rod: ps.Simulator(rod, ps.law("rigid")),
+        lambda rod: ps.simulate_batch(rod, "rigid", {"theta": [1.0, 1.1]}, t_end=0.1),
+        lambda rod: ps.critical_force(rod, "hertz", {"theta": 1.0}),
+        lambda rod: rod.coefficients,
+    ],
+)
+def test_questions_that_do_not_take_space_say_so(question):
+    with pytest.raises(ps.InputError, match="is in space, which is not offered here yet"):
+        question(ps.model("rod-3d"))
+
+
+TWO = (
+    BODY.format(**WHOLE)
+    + """
+[[contacts]]
+name = "B"
+friction = "mu"
+point = { body = "rod", at = ["l", 0, 0] }
+"""
+)
+
+
+def test_several_contacts_in_space_share_the_load(capsys):
+    """A level rod on both ends: half of its weight on each, whether it slides or rests."""
+    mechanism = mechanism_from_text(TWO, name="two-ends")
+    sliding = ps.classify(mechanism, {"x_dot": 1.0, "psi_dot": 0.2}, parameters={"mu": 0.4})
+    assert sliding.case is ps.ContactCase.UNIQUE and sliding.problem.complete
+    [solution] = sliding.solutions
+    for force, slip in zip(solution.forces, sliding.problem.slip, strict=True):
+        e = np.array(slip) / np.linalg.norm(slip)
+        assert force[0] == pytest.approx(4.9, rel=1e-12)
+        assert np.allclose(force[1:], -0.4 * force[0] * e, rtol=1e-12)
+    resting = ps.classify(mechanism, {"z": 0.0})
+    assert resting.case is ps.ContactCase.HYPERSTATIC and not resting.problem.complete
+    [solution] = resting.solutions
+    assert solution.isolated is False
+    assert sum(f[0] for f in solution.forces) == pytest.approx(9.8)
+    data = resting.to_dict()
+    assert "not guaranteed" in data["guarantee"]
+    assert set(data["solutions"][0]["contacts"]) == {"A", "B"}
+    with pytest.raises(ps.InputError, match="got 2 contacts, need one here"):
+        ps.region_map(mechanism, ("mu", "psi"))
+    alone = ps.classify(mechanism.only("A"), {"x_dot": 1.0}).answer
+    assert alone.problem.W.shape == (3, 3)
+
+
 def test_classify_prints_and_writes_the_keys(capsys):
     state = "theta=1,theta_dot=5,x_A_dot=-1,y_A_dot=0.05"
     assert main(["classify", "rod-3d", "--state", state]) == 0
