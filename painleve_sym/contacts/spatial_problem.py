@@ -418,10 +418,12 @@ class _BallLaw:
         self.ways = problem.directions
         self.parts = [part for own in problem.rows for part in ([own[0]], list(own[1:]))]
         self.count = len(problem.friction)
+        rows: list[Vector] = W.tolist()
         self.sizes = [
-            [float(np.linalg.norm(W[np.ix_(p, q)], 2)) for q in self.parts] for p in self.parts
+            [math.hypot(*(rows[i][j] for i in p for j in q)) for q in self.parts]
+            for p in self.parts
         ]
-        self.offsets = [float(np.linalg.norm(b[p])) for p in self.parts]
+        self.offsets = self._lengths(b)
 
     def _lengths(self, vector: npt.NDArray[np.float64]) -> Vector:
         return [math.hypot(*vector[p].tolist()) for p in self.parts]
