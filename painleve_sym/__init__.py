@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.chatter import Chatter as Chatter
     from painleve_sym.contacts.classify import Classification as Classification
     from painleve_sym.contacts.classify import classify as classify
+    from painleve_sym.contacts.classify_in_space import (
+        SpatialClassification as SpatialClassification,
+    )
     from painleve_sym.contacts.friction_set import Disc as Disc
     from painleve_sym.contacts.friction_set import Interval as Interval
     from painleve_sym.contacts.impact.jump import JumpPhase as JumpPhase
@@ -36,8 +39,12 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
     from painleve_sym.contacts.impact.one_contact import Impact as Impact
     from painleve_sym.contacts.impact.one_contact import ImpactEnd as ImpactEnd
+    from painleve_sym.contacts.impact.one_contact import (
+        invariant_directions as invariant_directions,
+    )
     from painleve_sym.contacts.impact.one_contact import solve_impact as solve_impact
     from painleve_sym.contacts.impact.path import ImpactPhase as ImpactPhase
+    from painleve_sym.contacts.impact.spatial import InvariantDirection as InvariantDirection
     from painleve_sym.contacts.impact.tangential import TangentialImpact as TangentialImpact
     from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
     from painleve_sym.contacts.local_mode import ContactMode as ContactMode
@@ -86,6 +93,8 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import Place as Place
     from painleve_sym.mechanics.shapes import Shape as Shape
     from painleve_sym.mechanics.shapes import ShapeKind as ShapeKind
+    from painleve_sym.mechanics.spatial_bodies import Orientation as Orientation
+    from painleve_sym.mechanics.spatial_bodies import SpatialBody as SpatialBody
     from painleve_sym.mechanics.system import TIME as TIME
     from painleve_sym.mechanics.system import LagrangianSystem as LagrangianSystem
     from painleve_sym.mechanics.toml.mechanism_file import load_mechanism as load_mechanism
@@ -117,6 +126,11 @@ if TYPE_CHECKING:
     from painleve_sym.progress import show_progress as show_progress
     from painleve_sym.references import Reference as Reference
     from painleve_sym.references import citation as citation
+    from painleve_sym.robots.robot import ContactRisk as ContactRisk
+    from painleve_sym.robots.robot import LeastRisk as LeastRisk
+    from painleve_sym.robots.robot import Robot as Robot
+    from painleve_sym.robots.robot import RobotContact as RobotContact
+    from painleve_sym.robots.robot import robot as robot
     from painleve_sym.study.compare.comparison import Comparison as Comparison
     from painleve_sym.study.compare.comparison import compare as compare
     from painleve_sym.study.critical.bisection import Border as Border
@@ -149,10 +163,12 @@ _NAMES = {
     "complementarity.uniqueness": ("Uniqueness",),
     "contacts.chatter": ("Chatter",),
     "contacts.classify": ("Classification", "classify"),
+    "contacts.classify_in_space": ("SpatialClassification",),
     "contacts.friction_set": ("Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
-    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "solve_impact"),
+    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
     "contacts.impact.path": ("ImpactPhase",),
+    "contacts.impact.spatial": ("InvariantDirection",),
     "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
     "contacts.local_mode": ("ContactMode", "LocalMode"),
     "contacts.one_contact_answer": ("ContactAnswer", "Sector", "contact"),
@@ -182,6 +198,7 @@ _NAMES = {
     "mechanics.materials": ("Material", "material"),
     "mechanics.mechanism": ("DomainBound", "Mechanism", "Place"),
     "mechanics.shapes": ("Shape", "ShapeKind"),
+    "mechanics.spatial_bodies": ("Orientation", "SpatialBody"),
     "mechanics.system": ("LagrangianSystem", "TIME"),
     "mechanics.toml.mechanism_file": ("load_mechanism",),
     "motion.batch.result": ("BatchResult",),
@@ -203,6 +220,7 @@ _NAMES = {
     "papers.registry": ("Reproduction", "reproduce"),
     "progress": ("show_progress",),
     "references": ("Reference", "citation"),
+    "robots.robot": ("ContactRisk", "LeastRisk", "Robot", "RobotContact", "robot"),
     "study.compare.comparison": ("Comparison", "compare"),
     "study.critical.bisection": (
         "Border",

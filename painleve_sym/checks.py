@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -125,6 +125,26 @@ def names_of(value: Any, where: str, example: str = "theta,mu") -> tuple[str, ..
         if all(isinstance(name, str) for name in names):
             return names
     raise InputError(f"{where}: got {received(value)}, need names, such as {example!r}.")
+
+
+def spatial_mobility_faults(W: Sequence[Sequence[float]]) -> list[str]:
+    """Return a sentence where the mobility of a contact in space is not positive definite."""
+    scales = [math.sqrt(max(W[i][i], 0.0)) for i in range(3)]
+    if min(scales) > 0:
+        nn, n1, n2, m1, one, m12, m2, m21, two = (
+            w / a / b
+            for row, a in zip(W, scales, strict=True)
+            for w, b in zip(row, scales, strict=True)
+        )
+        det = one * two - m12 * m21
+        whole = nn * det - n1 * (m1 * two - m12 * m2) + n2 * (m1 * m21 - one * m2)
+        uneven = max(abs(n1 - m1), abs(n2 - m2), abs(m12 - m21))
+        if min(det, whole, nn * one - n1 * m1) > INDEFINITE and uneven <= SYMMETRY:
+            return []
+    return [
+        f"mobility: got W = {W!r}, need a symmetric positive definite matrix. Fix: compute "
+        "it as J M^-1 J' with a positive definite mass matrix M and independent rows of J."
+    ]
 
 
 def mobility_faults(W_nn: float, W_nt: float, W_tn: float, W_tt: float) -> list[str]:

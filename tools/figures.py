@@ -62,7 +62,6 @@ def _of_pages(*names: str) -> tuple[Path, ...]:
 
 SCRIPTS = (
     Script("bench_rod/bench_rod.py", "--draw --out {}", _beside("bench_rod", "bench-rod")),
-    Script("elastic_bar/elastic_bar.py", "--draw --out {}", _beside("elastic_bar", "elastic-bar")),
     Script("rigid_rod/rigid_rod.py", "--draw --out {}", _beside("rigid_rod", "rigid-rod")),
     Script(
         "rigid_rod/landing.py",
@@ -78,7 +77,7 @@ SCRIPTS = (
     ),
     Script("sensitive_impact.py", "{}/sensitive-impact", _of_pages("sensitive-impact")),
     Script("sticking_feet.py", "{}/sticking-feet", _of_pages("sticking-feet")),
-    Script("impact_energy.py", "1000 1 {}/impact-energy", _of_pages("impact-energy")),
+    Script("impact_energy.py", "3000 1 {}/impact-energy", _of_pages("impact-energy")),
     Script("corrected_jump/corrected_jump.py", "{}", _of_pages("corrected-jump")),
     Script(
         "critical_force/study.py",

@@ -129,9 +129,10 @@ def picture(root: Path) -> str:
         for other in sorted(own):
             end, top = middle[other]
             end = x if other == GROUND else end
+            way = _way((x, y + _HIGH), (end, top), middle.values())
             lines.append(
-                f'<line x1="{x:g}" y1="{y + _HIGH:g}" x2="{end:g}" y2="{top:g}" '
-                'stroke="#555" stroke-width="1.4" marker-end="url(#end)"/>'
+                f'<path d="{way}" fill="none" stroke="#555" stroke-width="1.4" '
+                'marker-end="url(#end)"/>'
             )
     for name, (x, y) in middle.items():
         start, size = (_EDGE, wide - 2 * _EDGE) if name == GROUND else (x - _WIDE / 2, _WIDE)
@@ -144,6 +145,23 @@ def picture(root: Path) -> str:
             f'fill="#123">{html_text(name)}</text>'
         )
     return "\n".join([*lines, "</svg>", ""])
+
+
+def _way(
+    start: tuple[float, float], end: tuple[float, float], boxes: Iterable[tuple[float, float]]
+) -> str:
+    """Return the path of an arrow: straight, or to the right of the boxes that are in its way."""
+    (x, y), (last, top) = start, end
+    met = [
+        at
+        for at, above in boxes
+        if y < above < top - _HIGH
+        and abs(x + (last - x) * (above + _HIGH / 2 - y) / (top - y) - at) < _WIDE / 2
+    ]
+    if not met:
+        return f"M{x:g} {y:g}L{last:g} {top:g}"
+    side = max(met) + 1.1 * _WIDE
+    return f"M{x:g} {y:g}C{side:g} {y:g} {side:g} {top - _HIGH:g} {last:g} {top:g}"
 
 
 def _floors(direct: dict[str, set[str]]) -> list[list[str]]:

@@ -27,7 +27,7 @@ from painleve_sym.cli.grammar import Parser, parsers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import MODELS, SPATIAL_MODELS
 from painleve_sym.quantities import QUANTITIES, quantity
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -117,7 +117,7 @@ def named_choices() -> str:
 
 def mechanisms() -> str:
     """Return one section per named mechanism: sketch, coordinates, parameters, start, source."""
-    return "\n".join(_mechanism(model_data(model(name))) for name in MODELS)
+    return "\n".join(_mechanism(model_data(model(name))) for name in (*MODELS, *SPATIAL_MODELS))
 
 
 def _mechanism(data: Mapping[str, Any]) -> str:
@@ -237,6 +237,8 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "contrast": (f"contrast rod --state {TABLE_3}",),
     "fit": ("fit examples/studies/fit/force.csv rod --state theta=1,theta_dot=1,x_A_dot=-1,"
             "y_A_dot=-0.02 --law bilinear-hertz --estimate mu",),
+    "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 0.8 "
+              "--poses 50",),
     "export": ("export rod --law bilinear-hertz --out {folder}/c",),
     "automaton": ("automaton rod --law hertz",),
     "cache": ("cache",),
@@ -247,7 +249,7 @@ NAMED = {
     **dict.fromkeys(("state", "start", "velocity", "velocities"), "STATE"),
     **dict.fromkeys(("parameters",), "PARAMETER"),
     **dict.fromkeys(("formulas",), "FORMULA"),
-    **dict.fromkeys(("gradient", "noise"), "NAME"),
+    **dict.fromkeys(("gradient", "joints", "noise"), "NAME"),
     **dict.fromkeys(("counts",), "CASE"),
 }
 """Keys whose value maps names of the mechanism to values, and what stands for such a name."""

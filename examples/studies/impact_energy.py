@@ -7,9 +7,11 @@ answer (no impulse at all), those that jam on the way, those where several conti
 possible, of which the one of least push is taken, and the number of pieces of the longest path.
 
 `... impact_energy.py COUNT` looks at COUNT impacts of each kind (200 by default); COUNT SEED begins
-with another seed; COUNT SEED STEM also draws the gains to STEM.png and STEM.svg. SI units.
+with another seed; COUNT SEED STEM also draws the gains to STEM.png and STEM.svg, and keeps the
+table in STEM.json. SI units.
 """
 
+import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+import painleve_sym as ps
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import SimultaneousImpact
 from painleve_sym.engines.impacts import solve_simultaneous_impact
@@ -168,7 +171,12 @@ def main() -> None:
     for (kind, law), tally in results.items():
         print(f"{kind:<15} {law:<10} {tally}")
     if len(sys.argv) > 3:
-        save(figure(results), Path(sys.argv[3]))
+        stem = Path(sys.argv[3])
+        given = {"version": ps.__version__, "law": f"rigid, with restitution {', '.join(LAWS)}"}
+        rows = [[kind, law, *str(tally).split()] for (kind, law), tally in results.items()]
+        data = {"computed": given, "count": count, "seed": seed, "rows": rows}
+        save(figure(results), stem)
+        stem.with_suffix(".json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
 
 
 if __name__ == "__main__":

@@ -4,9 +4,10 @@ The impact of Table 3 with the paper's law (n = 1.764, E = 20.9e14 Pa): derivati
 velocities and of the time at separation, each by a relative change of a parameter, through all four
 events; then the gradient of the force that separates lift-off from impact (Table 4).
 `... sensitive_impact.py STEM` draws the normal velocity and its derivatives over time to STEM.png
-and STEM.svg. SI units.
+and STEM.svg, and keeps the numbers in STEM.json. SI units.
 """
 
+import json
 import sys
 from pathlib import Path
 
@@ -22,13 +23,21 @@ sensitivities = simulator.sensitivities(
 )
 
 values = simulator.parameters(PARAMETERS)
+computed = {
+    "version": ps.__version__,
+    "law": f"{PAPER.name}, reload=virgin: that of the seed paper",
+    "n": values["n"],
+}
+kept = {"computed": computed, "wrt": WRT, "events": {}, "velocities": {}, "critical force": {}}
 print("change per relative change of  " + "".join(f"{w:>14s}" for w in WRT))
 for event in sensitivities.events:
-    row = [event.time_gradient[k] * values[w] for k, w in enumerate(WRT)]
+    row = [float(event.time_gradient[k] * values[w]) for k, w in enumerate(WRT)]
+    kept["events"][event.event.kind] = row
     print(f"  t({event.event.kind}) [s]".ljust(31) + "".join(f"{v:14.5e}" for v in row))
 for name in ("y_A_dot", "theta_dot"):
     gradient = sensitivities.final_gradient(name)
-    row = [gradient[w] * values[w] for w in WRT]
+    row = [float(gradient[w] * values[w]) for w in WRT]
+    kept["velocities"][name] = row
     print(f"  {name} at separation".ljust(31) + "".join(f"{v:14.5e}" for v in row))
 
 finder = ps.CriticalForceFinder(simulator)
@@ -41,6 +50,7 @@ slopes = ps.critical_force_gradient(
 )
 print("critical force")
 for name, slope in slopes.items():
+    kept["critical force"][name] = float(slope.value)
     print(f"  by {name:12s} {slope.value: .6e} N per unit (+- {slope.error:.1e})")
 
 if len(sys.argv) > 1:
@@ -51,3 +61,5 @@ if len(sys.argv) > 1:
     drawn = simulator.sensitivities(STATE, WRT, parameters=PARAMETERS, t_end=4.5e-4)
     figure = sensitivity_figure(drawn, "y_A_dot", r"$\dot{y}_A$ (m/s)", symbols, 3.95e-4)
     save(figure, Path(sys.argv[1]))
+    text = json.dumps(kept, indent=1) + "\n"
+    Path(sys.argv[1]).with_suffix(".json").write_text(text, "utf-8")

@@ -5,9 +5,11 @@ mechanics leaves open. On linear springs with dashpots, the end of friction's st
 block rock: the load moves from foot to foot, and each foot sticks and slips in turn until the
 rocking has died out. The first stop tends to the rigid one as the feet stiffen.
 
-`... sticking_feet.py STEM` draws the motion at k = 2000 N/m to STEM.png and STEM.svg. SI units.
+`... sticking_feet.py STEM` draws the motion at k = 2000 N/m to STEM.png and STEM.svg, and keeps
+the table in STEM.json. SI units.
 """
 
+import json
 import sys
 from pathlib import Path
 
@@ -81,6 +83,7 @@ def figure(run: ps.Trajectory, stop: float) -> Figure:
 
 
 STOP = SPEED / (MU * GIVEN["g"])
+KEPT = []
 print(f"rigid feet stop together at {STOP:.6f} s")
 print("  k [N/m]  foot  first stop [s]  sticks  last stick from [s]  stick time [s]")
 for k in FEET:
@@ -88,9 +91,13 @@ for k in FEET:
     for i, foot in enumerate("AB"):
         stuck = sticking(run, i)
         total = sum(end - start for start, end in stuck)
+        KEPT.append([k, foot, stuck[0][0], len(stuck), stuck[-1][0], total])
         print(
             f"{k:9.0e}  {foot:>4}  {stuck[0][0]:14.6f}  {len(stuck):6d}"
             f"  {stuck[-1][0]:19.6f}  {total:14.6f}"
         )
 if len(sys.argv) > 1:
     save(figure(slide(2e3), STOP), Path(sys.argv[1]))
+    computed = {"version": ps.__version__, "law": SOFT.law.name, "n": 1}
+    text = json.dumps({"computed": computed, "stop": STOP, "rows": KEPT}, indent=1) + "\n"
+    Path(sys.argv[1]).with_suffix(".json").write_text(text, "utf-8")

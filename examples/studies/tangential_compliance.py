@@ -296,6 +296,11 @@ def main() -> None:
     critical, rows = windows(ratios)
     decades = range(2, 5) if quick else range(8)
     data = {
+        "computed": {
+            "version": ps.__version__,
+            "law": "linear, with and without a tangential spring",
+            "n": 1,
+        },
         "impact": {mu: [impact(mu, r) for r in (*fine, math.inf)] for mu in (1.4, 2.0)},
         "table_3": [table_3(r) for r in (*(r for r in fine if r >= 1e-3), math.inf)],
         "critical_approach": critical,

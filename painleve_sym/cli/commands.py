@@ -15,7 +15,7 @@ from painleve_sym.cli.options import (
     read_number,
     read_positive,
     read_range,
-    read_sign,
+    read_slip,
 )
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, DERIVE_FORMATS
 
@@ -365,7 +365,7 @@ command(
         read_count,
         default=400,
     ),
-    text("--slip", "SIGN", "sign of the slip velocity, -1 (default) or 1", read_sign, default=-1),
+    text("--slip", "SLIP", "sign of v_t, -1 (default) or 1; in space the angle of slip", read_slip),
     *map_files("it"),
     details="--json prints what the map holds without its grids; --out FILE.json has them too.",
 )
@@ -536,6 +536,42 @@ command(
         "page then needs no compiler; others are compiled once, with clang and wasi-libc, or with\n"
         "pip install 'painleve-sym[web]'.\n\n"
         "  painleve explore rod --out rod.html"
+    ),
+)
+
+command(
+    "robot",
+    "robot",
+    "judge the contact of a robot: the friction from which it is at risk",
+    argument("file", "FILE", "the robot, a URDF or MJCF file"),
+    text(
+        "--contact",
+        "FRAME,...",
+        "frame with the contact in question, and frames with other contacts",
+        required=True,
+    ),
+    text("--point", "X,Y,Z", "place of the contact in its frame, m; of a round foot its centre"),
+    text("--normal", "X,Y,Z", "of the surface, in the world, by default 0,0,1"),
+    text("--radius", "R", "of a round foot, m", in_unit(read_number, "m")),
+    several("--joints", "NAME=VALUE,...", "joint values, rad or m, others those of the pose"),
+    text("--pose", "NAME", "named pose: keyframe of MJCF, group state of SRDF"),
+    text("--srdf", "FILE", "file with poses; by default that of the same name beside FILE"),
+    text("--mu", "MU", "friction coefficient", read_number),
+    text("--base", "KIND", "fixed or floating; by default as the file says"),
+    text("--armature", "VALUE", "rotor inertia at the joints, kg m^2; or NAME=VALUE,..."),
+    text("--locked", "NAME,...", "joints that hold their value, or all", read_names),
+    text("--others", "WHAT", "other contacts: free (default), or stuck"),
+    text("--poses", "N", "random poses, by default 2000", read_count),
+    text("--report", "FILE", "write a page about it, .html"),
+    text("--export", "DIR", "write the function joint values to W, mu_P and sector as C"),
+    text("--out", "FILE", "draw the distribution of mu_P over poses, as PNG, SVG or PDF"),
+    *look(),
+    JSON,
+    details=(
+        "mu_P is the friction coefficient from which the rigid contact has directions of slip\n"
+        "without a unique answer (A < 0). It depends on the pose, the normal and which joints\n"
+        "give way. Rows of W are n, t1, t2: t1 is the axis x of the world along the surface.\n\n"
+        "  painleve robot anymal.urdf --contact LF_FOOT --pose standing --mu 0.8"
     ),
 )
 

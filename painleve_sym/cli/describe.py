@@ -21,7 +21,7 @@ from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.materials import PAIR_PROPERTIES, Material, MaterialValue, material
 from painleve_sym.mechanics.materials import materials as known_materials
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import NAMED
 from painleve_sym.quantities import counted
 from painleve_sym.references import Reference, cited_works, reference
 
@@ -42,10 +42,10 @@ def checked_format(text: str, known: Sequence[str]) -> str:
 def models(arguments: argparse.Namespace) -> int:
     """List the mechanisms in a line each, or show the named one."""
     if arguments.json:
-        names = MODELS if arguments.name is None else [arguments.name]
+        names = NAMED if arguments.name is None else [arguments.name]
         print_json({"models": [model_data(model(name)) for name in names]})
     elif arguments.name is None:
-        _show_list("mechanisms, the CASE of most commands", {n: model(n).title for n in MODELS})
+        _show_list("mechanisms, the CASE of most commands", {n: model(n).title for n in NAMED})
         show("`painleve models NAME` shows one: sketch, coordinates, parameters, source")
     else:
         _show_model(model(arguments.name))
@@ -179,37 +179,40 @@ def material_data(one: Material) -> dict[str, Any]:
         values = {name: getattr(pair, name) for name in PAIR_PROPERTIES}
         given = {name: to_plain(value) for name, value in values.items() if value is not None}
         pairs.append({"other": pair.other, **given})
-    keys = dict.fromkeys(source for value in _values(one) for source in value.sources)
     return {
         **plain_fields(one, "name", "title", "properties"),
         "pairs": pairs,
-        "references": [reference_data(reference(key)) for key in keys],
+        "references": [reference_data(reference(key)) for key in _sources(one)],
     }
 
 
-def _values(one: Material) -> list[MaterialValue]:
-    of_pairs = [getattr(pair, name) for pair in one.pairs for name in PAIR_PROPERTIES]
-    return [*one.properties.values(), *(value for value in of_pairs if value is not None)]
+def _values(one: Material) -> dict[str, MaterialValue]:
+    """Return every number of a material by what it is."""
+    of_pairs = {
+        f"{name} with {pair.other}": getattr(pair, name)
+        for pair in one.pairs
+        for name in PAIR_PROPERTIES
+    }
+    return {**one.properties, **{name: v for name, v in of_pairs.items() if v is not None}}
+
+
+def _sources(one: Material) -> list[str]:
+    """Return the sources of a material, in the order in which its numbers name them."""
+    return list(dict.fromkeys(key for value in _values(one).values() for key in value.sources))
 
 
 def _show_material(one: Material) -> None:
     show(f"{one.name}: {one.title}")
-    rows = [_material_row(name, value) for name, value in one.properties.items()]
-    for pair in one.pairs:
-        for name in PAIR_PROPERTIES:
-            value = getattr(pair, name)
-            if value is not None:
-                rows.append(_material_row(f"{name} with {pair.other}", value))
-    show_table(("property", "value", "range", "unit", "note"), rows, left=(0, 2, 3, 4))
+    sources, rows = _sources(one), []
+    for name, value in _values(one).items():
+        spread = f"{number(value.lower)} to {number(value.upper)}" * (value.lower < value.upper)
+        cited = ",".join(str(sources.index(key) + 1) for key in value.sources)
+        rows.append((name, number(value.value), spread, value.unit, f"[{cited}]", value.note))
+    head = ("property", "value", "range", "unit", "sources", "note")
+    show_table(head, rows, left=(0, 2, 3, 4, 5))
     show("  sources:")
-    keys = dict.fromkeys(source for value in _values(one) for source in value.sources)
-    for key in keys:
-        show(f"    {reference(key)}")
-
-
-def _material_row(name: str, value: MaterialValue) -> tuple[str, ...]:
-    spread = f"{number(value.lower)} to {number(value.upper)}" * (value.lower < value.upper)
-    return name, number(value.value), spread, value.unit, value.note
+    for i, key in enumerate(sources, 1):
+        show(f"    [{i}] {reference(key)}")
 
 
 def _show_law(one: ContactLaw | RigidLaw) -> None:

@@ -38,7 +38,7 @@ def entry_key(title: str, *objects: Any, by: tuple[str, ...] = FORMULAS) -> str 
         texts = [_definition(source) for source in objects]
     except TypeError:
         return None
-    return _hash("\n".join((_versions(), *map(_code, by), title, *texts)))[:40]
+    return _hash("\n".join((_versions(), *map(code_mark, by), title, *texts)))[:40]
 
 
 def _definition(source: Any) -> str:
@@ -58,7 +58,7 @@ def _versions() -> str:
 
 
 @functools.lru_cache(maxsize=16)
-def _code(folder: str) -> str:
+def code_mark(folder: str) -> str:
     """Return a hash of the code in a folder of the package."""
     code = hashlib.sha256()
     for path in _code_files(folder):

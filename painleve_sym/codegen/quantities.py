@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Quantities:
     """Formulas as one function of the arguments, in this order, with its text as CasADi writes it.
 
-    `compiled` is None where there is no C compiler: CasADi then evaluates it.
+    `compiled` is None where there is no C compiler or none is to be used: CasADi then evaluates it.
     """
 
     names: tuple[str, ...]
@@ -77,17 +77,20 @@ def quantities(
     of: Any,
     arguments: Sequence[str],
     derive: Callable[[], tuple[Mapping[str, Any], Sequence[Any]] | tuple[list[str], ca.Function]],
+    *,
+    compiles: bool = True,
 ) -> Quantities:
     """Return formulas ready to be evaluated; `derive` is called only where the cache lacks them.
 
     The title distinguishes these formulas from others of the same object `of`, from which they are
     derived (`definition_text`). `arguments` are the names of every symbol that occurs, and `derive`
     returns the formulas by name, and the symbols of the arguments; or names, and the function of
-    one vector that has these numbers.
+    one vector that has these numbers. Long formulas that are evaluated few times are ready sooner
+    without being compiled.
     """
-    mark = _mark(*map(os.environ.get, ("CC", "PATH", "PAINLEVE_OPTIMIZE")))
+    mark = _mark(*map(os.environ.get, ("CC", "PATH", "PAINLEVE_OPTIMIZE"))) if compiles else None
     key = (_text_key if isinstance(of, str) else _key)(title, mark, of, derive.__module__)
-    stored = _stored(key, tuple(arguments)) if key else None
+    stored = _stored(key, tuple(arguments), compiles) if key else None
     if stored is not None:
         return stored
     from painleve_sym.codegen.evaluate import expression_function
@@ -158,13 +161,15 @@ _text_key = functools.lru_cache(maxsize=256)(_key)
 
 # One entry is asked for again and again, at every state that is looked at.
 @functools.lru_cache(maxsize=64)
-def _stored(key: str, arguments: tuple[str, ...]) -> Quantities | None:
+def _stored(key: str, arguments: tuple[str, ...], compiles: bool) -> Quantities | None:
     entry = read_entry(key)
     if entry is None:
         return None
     names, text = tuple(entry["names"]), entry["text"]
     if entry["selected"] is not None:
         return Quantities(names, arguments, text, Selection(entry["selected"]))
+    if not compiles:
+        return Quantities(names, arguments, text, None)
     library = library_named(entry["library"]) if entry["library"] else None
     if library is not None:
         return Quantities(

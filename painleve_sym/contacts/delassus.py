@@ -16,6 +16,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.closed_within import closed_within, length_formula
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.outline import MechanismOutline
 
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
     from painleve_sym.mechanics.coefficients import ContactCoefficients
 
-CONTACT_TOLERANCE = 1e-12
-"""Part of the mechanism's length and speed below which gap and its rate are 0: round-off."""
 
 _MOTION = ("gap", "gap_rate", "slip_velocity")
 _OF_CONTACT = (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance")
@@ -39,15 +38,17 @@ class ContactNumbers(NamedTuple):
 
     Attributes
     ----------
-    gap, gap_rate, slip_velocity : ndarray, shape (n,)
-        m, m/s, m/s.
+    gap, gap_rate : ndarray, shape (n,)
+        m, m/s.
+    slip_velocity : ndarray, shape (n,), in space (n, 2)
+        m/s.
     A_stick, B_stick : ndarray, shape (n,)
         A′ and B′ of each contact with the others open; 1/kg and m/s².
     gap_tolerance, rate_tolerance : ndarray, shape (n,)
         See `closed_within`; m, m/s.
-    W : ndarray, shape (2 n, 2 n)
-        Mobility with rows n1, t1, n2, t2, ...; 1/kg.
-    b : ndarray, shape (2 n,)
+    W : ndarray, shape (2 n, 2 n), in space (3 n, 3 n)
+        Mobility with the rows of `ContactRows`: n1, t1, n2, t2, ...; 1/kg.
+    b : ndarray, shape (2 n,), in space (3 n,)
         Accelerations without contact forces; m/s².
     margins : sequence of float, or ndarray
         Of the bounds of the domain, all positive inside.
@@ -69,9 +70,11 @@ class ContactNumbers(NamedTuple):
 
     @property
     def v(self) -> Array:
-        """Velocities of the contacts, shape (2 n,); m/s."""
-        pairs = np.stack([self.gap_rate, self.slip_velocity], axis=1)
-        return pairs.reshape(-1, *pairs.shape[2:])
+        """Velocities of the contacts, as many as rows; m/s."""
+        n, rows = len(self.gap_rate), len(self.b)
+        slip = self.slip_velocity.reshape(n, rows // n - 1, *self.gap_rate.shape[1:])
+        velocities = np.concatenate([self.gap_rate[:, None], slip], axis=1)
+        return velocities.reshape(rows, *velocities.shape[2:])
 
 
 class MotionNumbers(NamedTuple):
@@ -115,6 +118,11 @@ class Dynamics(Protocol):
         """Everything that the functions are made of, as one text."""
         ...
 
+    @property
+    def n_tangents(self) -> int:
+        """Tangential directions of a contact: 1 in the plane, 2 in space."""
+        ...
+
     def contact_function(self) -> ca.Function:
         """Return the function of `argument_names` to all `ContactNumbers` but mu, row by row."""
         ...
@@ -140,8 +148,17 @@ class LagrangianDynamics:
         """Everything that the mechanism is derived from."""
         return self.mechanism.definition
 
+    @property
+    def n_tangents(self) -> int:
+        """Tangential directions of a contact."""
+        return 1 + self.outline.in_space
+
     def contact_function(self) -> ca.Function:
         """Return the function of all `ContactNumbers` but mu."""
+        if self.outline.in_space:
+            from painleve_sym.contacts.spatial_numbers import contact_function
+
+            return contact_function(self.mechanism, argument_symbols(self.mechanism))
         from painleve_sym.codegen.evaluate import expression_function
         from painleve_sym.mechanics.contact_set import ContactSet
 
@@ -165,6 +182,10 @@ class LagrangianDynamics:
 
     def motion_function(self) -> ca.Function:
         """Return the function of all `MotionNumbers`."""
+        if self.outline.in_space:
+            from painleve_sym.contacts.spatial_numbers import motion_function
+
+            return motion_function(self.mechanism, argument_symbols(self.mechanism))
         from painleve_sym.codegen.evaluate import expression_function
         from painleve_sym.mechanics.contact_set import ContactSet
 
@@ -181,6 +202,8 @@ class LagrangianDynamics:
 class Delassus:
     """The numbers of the contacts of a mechanism, compiled once and evaluated at states.
 
+    Where it does not compile, CasADi evaluates them: sooner the first time, slower each time.
+
     The values are coordinates, velocities and parameters by name, and may hold others: numbers for
     one state, or arrays that broadcast against each other for an array of states, each with the
     same bits as alone.
@@ -196,6 +219,7 @@ class Delassus:
     """
 
     dynamics: Dynamics
+    compiles: bool = True
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> Delassus:
@@ -230,27 +254,21 @@ class Delassus:
         return contacts, MotionNumbers(*moves)
 
     def _contacts(self, numbers: list[float], values: Mapping[str, float]) -> ContactNumbers:
+        shapes, end, parts = self._contact_shapes, 0, list[Any]()
+        for shape in shapes[:-1]:
+            end, first = end + math.prod(shape), end
+            parts.append(np.array(numbers[first:end]).reshape(shape))
         contacts = self.dynamics.outline.contacts
-        n = len(contacts)
-        size, count = ContactRows(n).size, len(_OF_CONTACT) * n
-        end = count + size * size
-        gap, rate, slip, A, B, near, slow = np.array(numbers[:count]).reshape(-1, n)
-        return ContactNumbers(
-            *(gap, rate, slip, A, B, near, slow),
-            np.array(numbers[count:end]).reshape(size, size),
-            np.array(numbers[end : end + size]),
-            numbers[end + size :],
-            np.array([float(values[c.friction]) for c in contacts]),
-        )
+        mu = np.array([float(values[c.friction]) for c in contacts])
+        own: Any = (*parts, numbers[end:], mu)
+        return ContactNumbers(*own)
 
     def _at_each(
         self, function: Quantities, values: Mapping[str, Any], more: Sequence[tuple[int, ...]]
     ) -> tuple[ContactNumbers, list[Array]]:
         """Return the numbers at an array of states, and parts of the shapes `more` after them."""
         outline = self.dynamics.outline
-        n = len(outline.contacts)
-        size = ContactRows(n).size
-        shapes = [*[(n,)] * len(_OF_CONTACT), (size, size), (size,), (len(outline.domain),), *more]
+        shapes = [*self._contact_shapes, *more]
         arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in function.arguments))
         axes, end, parts = arrays[0].shape, 0, list[Array]()
         flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
@@ -266,9 +284,18 @@ class Delassus:
         return ContactNumbers(*own), parts[count:]
 
     @property
+    def _contact_shapes(self) -> list[tuple[int, ...]]:
+        outline, tangents = self.dynamics.outline, self.dynamics.n_tangents
+        n = len(outline.contacts)
+        size = ContactRows(n, tangents).size
+        slip = (n,) if tangents == 1 else (n, tangents)
+        own = [slip if name == "slip_velocity" else (n,) for name in _OF_CONTACT]
+        return [*own, (size, size), (size,), (len(outline.domain),)]
+
+    @property
     def _motion_shapes(self) -> list[tuple[int, ...]]:
-        outline = self.dynamics.outline
-        nq, size = len(outline.coordinates), ContactRows(len(outline.contacts)).size
+        outline, n = self.dynamics.outline, len(self.dynamics.outline.contacts)
+        nq, size = len(outline.coordinates), ContactRows(n, self.dynamics.n_tangents).size
         return [(size, nq), (nq, size), (nq,), (size,), (1,)]
 
     @property
@@ -283,7 +310,8 @@ class Delassus:
             "contacts",
             definition,
             outline.argument_names,
-            lambda: (_contact_names(outline), self.dynamics.contact_function()),
+            lambda: (self._contact_names, self.dynamics.contact_function()),
+            compiles=self.compiles,
         )
 
     @property
@@ -297,92 +325,28 @@ class Delassus:
             x = ca.SX.sym("x", len(outline.argument_names))
             parts = self.dynamics.contact_function()(x), self.dynamics.motion_function()(x)
             whole = ca.Function("whole", [x], ca.cse([ca.vertcat(*parts)]))
-            return _contact_names(outline) + _motion_names(outline), whole
+            return self._contact_names + self._motion_names, whole
 
-        return quantities("whole", definition, outline.argument_names, derive)
+        names = outline.argument_names
+        return quantities("whole", definition, names, derive, compiles=self.compiles)
+
+    @property
+    def _contact_names(self) -> list[str]:
+        names = (*_OF_CONTACT, "W", "b", "margin")
+        return _entry_names(names, self._contact_shapes)
+
+    @property
+    def _motion_names(self) -> list[str]:
+        return _entry_names(MotionNumbers._fields, self._motion_shapes)
 
 
-def _contact_names(outline: MechanismOutline) -> list[str]:
-    n = len(outline.contacts)
-    rows = range(ContactRows(n).size)
+def _entry_names(names: Sequence[str], shapes: Sequence[tuple[int, ...]]) -> list[str]:
+    """Return a name for each entry of arrays of these shapes, row by row."""
     return [
-        *(f"{name}_{i}" for name in _OF_CONTACT for i in range(n)),
-        *(f"W_{r}_{c}" for r, c in product(rows, repeat=2)),
-        *(f"b_{r}" for r in rows),
-        *(f"margin_{k}" for k in range(len(outline.domain))),
+        "_".join((name, *map(str, place)))
+        for name, shape in zip(names, shapes, strict=True)
+        for place in product(*map(range, shape))
     ]
-
-
-def _motion_names(outline: MechanismOutline) -> list[str]:
-    rows, own = range(ContactRows(len(outline.contacts)).size), range(len(outline.coordinates))
-    return [
-        *(f"J_{r}_{k}" for r, k in product(rows, own)),
-        *(f"D_{k}_{r}" for k, r in product(own, rows)),
-        *(f"free_{k}" for k in own),
-        *(f"drive_speed_{r}" for r in rows),
-        "kinetic_energy",
-    ]
-
-
-def length_formula(mechanism: Mechanism, i: int = 0) -> Expr:
-    """Return the length that the mechanism gives to compare others with; m.
-
-    The geometric mean of the positive parameters in m. Without one √(W_nn Σ M_aa) over the angles
-    a, the lever by which they move the contact; with neither, the largest of the coordinates, the
-    gap and the parameters in m, which may be 0.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    i : int
-        Which of its contacts.
-    """
-    import sympy as sp
-
-    system = mechanism.system
-    lengths = [p.symbol for p in system.parameters if p.unit == "m"]
-    positive = [s for s in lengths if s.is_positive]
-    if positive:
-        return sp.Mul(*positive) ** sp.Rational(1, len(positive))
-    angles = [k for k, c in enumerate(system.coordinates) if c.unit == "rad"]
-    if angles:
-        inertia = sum(system.mass_matrix[k, k] for k in angles)
-        return sp.sqrt(inertia * mechanism.all_coefficients[i].W_nn)
-    lengths += [c.symbol for c in system.coordinates if c.unit == "m"]
-    return sp.Max(*map(sp.Abs, (*lengths, mechanism.contacts[i].gap)))
-
-
-def closed_within(length: Expr, kinetic: Expr, W_nn: Expr, b_n: Expr) -> tuple[Expr, Expr, Expr]:
-    """Return the characteristic length L, and the gap and gap rate up to which a contact is closed.
-
-    L measures coordinates and gap, in m: `length_formula`; where that is 0 the height
-    2 T W_nn/|b_n| to which the motion could rise, and 1 m where nothing moves or nothing pulls
-    back. The tolerances are parts of L, in m, and of the speed √(2 (T W_nn + |b_n| L)), in m/s,
-    which the motion has or would gain over L. All follow a change of the units. Unevaluated:
-    SymPy would rearrange long formulas.
-
-    Parameters
-    ----------
-    length, kinetic, W_nn, b_n : sympy.Expr
-        `length_formula` in m, kinetic energy T in J, mobility in 1/kg, acceleration in m/s².
-    """
-    import sympy as sp
-
-    pull, twice = sp.Abs(b_n, evaluate=False), _product(sp.Integer(2), kinetic, W_nn)
-    height = _product(twice, sp.Pow(pull, -1, evaluate=False))
-    rises = sp.And(sp.Gt(pull, 0, evaluate=False), sp.Gt(height, 0, evaluate=False), evaluate=False)
-    cases = (length, sp.Gt(length, 0, evaluate=False)), (height, rises), (1, True)
-    measure = sp.Piecewise(*cases, evaluate=False)
-    gain = _product(sp.Integer(2), pull, measure)
-    speed = sp.Pow(sp.Add(twice, gain, evaluate=False), sp.Rational(1, 2), evaluate=False)
-    part = sp.Float(CONTACT_TOLERANCE)
-    return measure, _product(part, measure), _product(part, speed)
-
-
-def _product(*factors: Expr) -> Expr:
-    import sympy as sp
-
-    return sp.Mul(*factors, evaluate=False)
 
 
 def domain_margins(mechanism: Mechanism) -> Quantities:

@@ -54,10 +54,10 @@ class ContactMode(enum.Enum):
         a_n = 0, F_t = -mu |F_n|: v_t > 0, or v_t = 0 and a_t > 0.
     SLIP_NEG
         a_n = 0, F_t = +mu |F_n|: v_t < 0, or v_t = 0 and a_t < 0.
+    SLIP
+        In space: a_n = 0, F_t = -mu |F_n| e with e along v_t, or along a_t where v_t = 0.
     STICK
         a_n = 0, a_t = 0 with v_t = 0 and |F_t| <= mu |F_n|, the edge of the cone included.
-    SLIP
-        In space: a_n = 0, F_t = -mu F_n e along the direction e of v_t, or of a_t where v_t = 0.
 
     F_n > 0 except for LIFTOFF; a bilateral contact has either sign of F_n.
     """
@@ -65,8 +65,8 @@ class ContactMode(enum.Enum):
     LIFTOFF = "liftoff"
     SLIP_POS = "slip_pos"
     SLIP_NEG = "slip_neg"
-    STICK = "stick"
     SLIP = "slip"
+    STICK = "stick"
 
 
 def slip_mode(direction: float) -> ContactMode:

@@ -78,7 +78,7 @@ def newton() -> RestitutionLaw:
     e = Parameter("e_newton", 0.75, "1", "Newton's coefficient of restitution", 0.0, 1.0)
     return _named(
         "newton",
-        "Newton's kinematic restitution",
+        "Newton's kinematic coefficient of restitution",
         "Newton (1687); Brogliato (2016), ch. 4",
         e,
         "kinematic; can add energy where the slip stops or reverses during the impact",
@@ -100,7 +100,7 @@ def poisson() -> RestitutionLaw:
     e = Parameter("e_poisson", 0.75, "1", "Poisson's coefficient of restitution", 0.0, 1.0)
     return _named(
         "poisson",
-        "Poisson's kinetic restitution",
+        "Poisson's kinetic coefficient of restitution",
         "Poisson (1833); Routh (1905)",
         e,
         "kinetic; the compression can release more energy than it stored where the slip stops",
@@ -121,7 +121,7 @@ def energetic() -> RestitutionLaw:
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
     return _named(
         "energetic",
-        "Stronge's energetic restitution",
+        "Stronge's energetic coefficient of restitution",
         "Stronge (1990)",
         e,
         "energetic; releases the part e² of the stored energy whatever the slip does",

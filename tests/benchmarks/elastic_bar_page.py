@@ -1,61 +1,77 @@
-"""Tables of the manuscript ``paper/elastic-bar.md``, from the kept numbers of its study."""
+"""Tables of the manuscript ``paper/elastic-bar.md``, from the kept numbers of landings."""
 
 from __future__ import annotations
 
 import json
-import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from tools.tables import table, written
 
 ROOT = Path(__file__).parents[2]
-STUDY = ROOT / "examples" / "studies" / "elastic_bar"
-RESULTS = STUDY / "elastic-bar.json"
+RESULTS = ROOT / "examples" / "studies" / "rigid_rod" / "landing.json"
 PAGE = ROOT / "paper" / "elastic-bar.md"
+Rows = Sequence[Mapping[str, Any]]
 
 
-def number(value: float) -> str:
-    """Return a friction in print."""
-    return f"{value:.4f}" if math.isfinite(value) else "none"
+def _table(columns: Mapping[str, str], rows: Rows, form: str = ".4f") -> str:
+    """Return a table whose first column has its numbers as they are, as texts are."""
+    first, *others = columns.values()
+    lines = [
+        (f"{row[first]}", *(v if isinstance(v := row[n], str) else format(v, form) for n in others))
+        for row in rows
+    ]
+    return table(tuple(columns), lines)
 
 
-def tables(data: dict[str, Any]) -> dict[str, str]:
+def tables(data: Mapping[str, Any]) -> dict[str, str]:
     """Return every table of the manuscript."""
-    columns = {
-        "cot θ": "cot",
-        "mode coupling": "coupling",
-        "landing, 1 m/s": "landing",
-        "divergence, k of 9.8 N": "divergence",
-        "divergence, rigid contact": "rigid_contact",
-        "rigid rod, landing": "rigid_landing",
-        "rigid rod, divergence": "rigid_rod",
-    }
-    angles = [row["theta"] for row in data["thresholds"]]
-    thresholds = table(
-        ("θ", *columns),
-        [
-            (f"{row['theta']}", *(number(row[name]) for name in columns.values()))
-            for row in data["thresholds"]
-        ],
-    )
-    head = [f"θ = {angle}" for angle in angles]
-    speeds = [(f"{row['speed']:g}", *map(number, row["landing"])) for row in data["speeds"]]
-    speeds.append(("divergence, rigid contact, 24,12", *map(number, data["limit"])))
-    modes = [
-        (f"{row['bending']},{row['axial']}", *map(number, row["landing"])) for row in data["modes"]
+    by_speed: dict[float, dict[str, float]] = {}
+    for r in data["speeds"]:
+        row = by_speed.setdefault(r["speed"], {"speed": r["speed"], "rigid": r["rigid"]})
+        row[f"θ = {r['theta']}"] = r["landing"]
+    angles = list(dict.fromkeys(f"θ = {r['theta']}" for r in data["speeds"]))
+    limit = {f"θ = {r['theta']}": r["divergence"] for r in data["speeds"]}
+    limit |= {"speed": "divergence, rigid contact, 24,12"}
+    fast = [
+        {
+            "theta": r["theta"],
+            "modes": r["modes"],
+            "factor": r["factor"],
+            "divergence": r["divergence"],
+        }
+        | {f"{v:g} m/s": x for v, x in zip(r["speed"], r["landing"], strict=True)}
+        for r in data["fast"]
     ]
-    belt = [
-        (f"{row['theta']}", number(row["landing"]), number(row["rigid_landing"]))
-        for row in data["belt"]
-    ]
+    speeds = [f"{v:g} m/s" for v in data["fast"][0]["speed"]]
     return {
-        "thresholds": thresholds,
-        "speeds": table(("speed, m/s", *head), speeds),
-        "modes": table(("modes", *head), modes),
-        "belt": table(("θ", "bar", "rigid rod"), belt),
-        "computed": f"Computed with painleve-sym {data['version']}.",
-    }
+        "thresholds": _table(
+            {"θ": "theta", "cot θ": "cot", "mode coupling": "coupling",
+             "landing, 1 m/s": "landing 48,24", "divergence, k of 9.8 N": "divergence at 9.8 N",
+             "divergence, rigid contact": "divergence",
+             "rigid rod, landing": "landing of the rigid rod",
+             "rigid rod, divergence": "rigid rod"},
+            data["angles"],
+        ),
+        "speeds": _table(
+            {"speed, m/s": "speed", **dict(zip(angles, angles, strict=True))},
+            [*by_speed.values(), limit],
+        ),
+        "modes": _table(
+            {"modes": "modes", "θ = 1.0": "landing 1.0", "θ = 1.4": "landing 1.4"},
+            data["convergence"],
+        ),
+        "fast": _table(
+            {"θ": "theta", "modes": "modes", "K over Hertz's": "factor",
+             **dict(zip(speeds, speeds, strict=True)), "divergence, rigid contact": "divergence"},
+            fast, ".5g",
+        ),
+        "belt": _table(
+            {"θ": "theta", "bar": "landing 48,24", "rigid rod": "landing of the rigid rod"},
+            data["belt"],
+        ),
+    }  # fmt: skip
 
 
 def main() -> None:

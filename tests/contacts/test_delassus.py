@@ -94,6 +94,7 @@ class RodByHand:
 
     outline: MechanismOutline
     definition = "rod by hand"
+    n_tangents = 1
 
     def _parts(self):
         x = ca.SX.sym("x", len(self.outline.argument_names))

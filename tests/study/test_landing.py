@@ -65,6 +65,34 @@ def test_stop_and_peak_are_those_of_another_integrator(counts):
     assert peak == pytest.approx(max(force), rel=2e-3)  # the kernel's is that of a whole step
 
 
+@pytest.mark.parametrize("off", [2e-3, -2e-3])
+def test_a_landing_by_scipy_is_that_of_the_study(off):
+    """The slip stops above the threshold of 8,2 modes, and the end separates below."""
+    (row,) = (r for r in DATA["convergence"] if r["modes"] == "8,2")
+    modes, mu = study.Modes(STEEL, 8, 2), row["landing 1.0"] + off
+    (normal,), (along,), (push,) = modes.rows(1.0, mu)
+    n = len(normal)
+
+    def gap(t, y):
+        return normal @ y[:n] - study.G * t * t / 2 if t > 1e-5 else -1.0
+
+    def slip(_, y):
+        return along @ y[n:] - 1.0
+
+    def field(t, y):
+        force = HERTZ.K * max(study.G * t * t / 2 - normal @ y[:n], 0.0) ** 1.5
+        return np.concatenate([y[n:], push * force / modes.mass - modes.rates**2 * y[:n]])
+
+    for event in (slip, gap):
+        event.terminal, event.direction = True, 1
+    run = solve_ivp(
+        field, (0, study.WINDOW), np.zeros(2 * n), method="DOP853", rtol=1e-11, atol=1e-15,
+        events=(slip, gap), max_step=2e-5,
+    )  # fmt: skip
+    assert bool(len(run.t_events[0])) == (off > 0)
+    assert math.isfinite(study.slide(modes, HERTZ, 1.0, mu, 1.0)["stop"][0]) == (off > 0)
+
+
 def test_stops_at_a_held_angle_are_those_of_the_package():
     """The package lets the angle turn and follows every event."""
     rows = {r["modes"]: r for r in DATA["convergence"]}
@@ -72,6 +100,20 @@ def test_stops_at_a_held_angle_are_those_of_the_package():
         for run in RUNS["friction"]:
             if run["model"] == name and run["mu"] in (0.9, 1.1, 1.4):
                 assert rows[name][f"stop {run['mu']}"] == pytest.approx(run["slip_stop"], rel=4e-3)
+
+
+def test_stops_of_an_approaching_bar_are_those_of_the_package():
+    """20,10 modes in both: a held angle here, an engine with events there."""
+    rows = {(r["approach"], r["mu"]): r for r in DATA["approach"]}
+    compared = 0
+    for run in RUNS["approach"]:
+        if run["model"] in ("8,2", "20,10"):
+            stop = rows[-run["y_A_dot"], run["mu"]][f"stop {run['model']}"]
+            assert (stop is None) == (run["slip_stop"] is None)
+            if stop is not None:
+                assert stop == pytest.approx(run["slip_stop"], rel=0.06)
+                compared += 1
+    assert compared == 10
 
 
 def test_numbers_of_the_study_are_computed_again():
@@ -86,9 +128,12 @@ def test_numbers_of_the_study_are_computed_again():
 # ---- (a): the invariant ----
 
 
-@pytest.mark.parametrize("mu", [0.3, 0.5, 0.62])
-def test_invariant_keeps_its_value_through_lift_offs(mu):
-    theta, approach, modes = 1.0, 0.1, study.Modes(STEEL, 8, 2)
+@pytest.mark.parametrize(
+    ("theta", "mu", "approach"),
+    [(1.0, 0.3, 0.1), (1.0, 0.5, 0.1), (1.0, 0.62, 0.1), (1.3, 0.25, 0.2)],
+)
+def test_invariant_keeps_its_value_through_lift_offs(theta, mu, approach):
+    modes = study.Modes(STEEL, 8, 2)
     run, depth, _, normal, push = motion(modes, theta, mu, 0.02, approach)
     D, m, rigid = push / normal, modes.mass, modes.rates == 0
     assert (D > 0).all()
@@ -186,10 +231,17 @@ def test_landing_never_falls_as_the_speed_rises():
 
 
 def test_fast_slip_on_a_stiff_contact_tends_to_the_divergence_on_a_rigid_one():
-    by_case = {(r["modes"], r["factor"]): r for r in DATA["fast"]}
-    off = {case: r["landing"][-1] / r["divergence"] - 1 for case, r in by_case.items()}
-    assert off["24,12", 0.01] > 0.03 > off["24,12", 1.0] > 5e-4
-    assert -2e-3 < off["24,12", 100.0] < 0
+    off = {
+        (r["theta"], r["modes"], r["factor"]): r["landing"][-1] / r["divergence"] - 1
+        for r in DATA["fast"]
+    }
+    assert off[1.0, "24,12", 0.01] > 0.03 > off[1.0, "24,12", 1.0] > 5e-4
+    assert -2e-3 < off[1.0, "24,12", 100.0] < 0
+    # The excess does not go away as modes are added.
+    assert (
+        off[1.0, "8,4", 1.0] < 0 < 9e-4 < off[1.0, "24,12", 1.0] < off[1.0, "80,40", 1.0] < 1.1e-3
+    )
+    assert 4e-3 < off[1.4, "24,12", 1.0] < off[1.4, "48,24", 1.0] < 6e-3
 
 
 def test_landing_is_converged_as_the_page_says():
@@ -200,6 +252,8 @@ def test_landing_is_converged_as_the_page_says():
         assert abs(by_modes["24,12"][f"landing {theta}"] - last[f"landing {theta}"]) < 3e-4
     late = [by_modes["8,2"][f"stop {mu}"] / last[f"stop {mu}"] for mu in (0.9, 1.1, 1.4)]
     assert f"{100 * min(late) - 100:.0f} to {100 * max(late) - 100:.0f} % later" in PAGE
+    ten = [by_modes["24,12"][f"stop {mu}"] / last[f"stop {mu}"] - 1 for mu in (0.9, 1.1, 1.4)]
+    assert all(0.08 < x < 0.17 for x in ten)
     fine = [by_modes["48,24"][f"stop {mu}"] / last[f"stop {mu}"] - 1 for mu in (0.9, 1.1, 1.4)]
     assert all(0 < x < 0.03 for x in fine)
 

@@ -2,10 +2,11 @@
 
 The rod of the paper, E in Pa, velocities in m/s and rad/s. Three rules (classical: K to infinity;
 frozen: A and B of the start kept; carried: A and B where the impulse acts) against compliant runs,
-from three kinds of start, and a linear contact with a dashpot. Writes corrected-jump.png and .svg
-into the folder given, by default out/.
+from three kinds of start, and a linear contact with a dashpot. Writes corrected-jump.png, .svg and
+.json (the numbers) into the folder given, by default out/.
 """
 
+import json
 import math
 import sys
 from pathlib import Path
@@ -37,6 +38,16 @@ for velocity, drift in outcome.data["drift"].items():
     )
 
 rod, law = ps.model("rod"), ps.laws.bilinear_hertz(n=PAPER_EXPONENT, reload="virgin")
+numbers_of = {
+    "computed": {
+        "version": ps.__version__,
+        "law": f"{law.name}, reload=virgin: that of the seed paper",
+        "n": PAPER_EXPONENT,
+    },
+    "rules": outcome.data["table"],
+    "starts": {},
+    "dampings": {},
+}
 simulator = ps.Simulator(rod, law)
 print("\nother starts: y_A_dot after the impact")
 print(f"{'start':40} {'classical':>10} {'frozen':>10} {'carried':>10} {'softened':>10}")
@@ -64,6 +75,7 @@ for name, state, force, E in (
         rtol=1e-12,
     )
     values.append(run.final["y_A_dot"])
+    numbers_of["starts"][name] = values
     print(f"{name:40} " + " ".join(f"{value:10.6f}" for value in values))
 
 print("\nlinear contact k = 1e20 N/m, damping c/sqrt(k): rebound over |v_n1|, and its limits")
@@ -82,8 +94,11 @@ impacts = ps.FrozenImpactSolver(ps.law("linear"))(
 )
 for damping, velocity in zip(dampings, impacts.head["normal_velocity"], strict=True):
     strong = (1 / -A + 1 / A_stick) / damping**2 if damping else math.inf
+    numbers_of["dampings"][f"{damping:g}"] = velocity / v_n1
     print(f"{damping:6.1f} {velocity / v_n1:13.6e}   strong damping: {strong:13.6e}")
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(parents=True, exist_ok=True)
+text = json.dumps(numbers_of, indent=1) + "\n"
+(folder / "corrected-jump.json").write_text(text, "utf-8")
 print(f"\nwritten: {', '.join(map(str, save(draw(outcome.panels), folder / 'corrected-jump')))}")

@@ -2,11 +2,12 @@
 
 The paper (§3.4) says that F_n* = -B/A separates lift-off from impact. Compliant runs give more: the
 border at finite stiffness, its expansion in 1/lambda, and the growth of deviations. Forces in N,
-E in Pa. Writes tables and figures into the folder given as the first argument, by default
-out/critical_force.
+E in Pa. Writes tables, figures and critical-force.json (all numbers) into the folder given as the
+first argument, by default out/critical_force.
 """
 
 import csv
+import json
 import sys
 from pathlib import Path
 
@@ -40,7 +41,12 @@ def finder_of(name):
     return CriticalForceFinder(ps.Simulator(ps.model(name), law))
 
 
+KEPT = {}
+"""Every table by its name."""
+
+
 def write(folder, name, head, rows):
+    KEPT[name] = {"head": head, "rows": rows}
     with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([head, *rows])
 
@@ -165,6 +171,14 @@ def main():
     maps(folder, finder)
     derivatives(folder, finder)
     others(folder)
+    law = finder.simulator.law
+    computed = {
+        "version": ps.__version__,
+        "law": f"{law.name}, reload=virgin: that of the seed paper",
+        "n": PAPER_EXPONENT,
+    }
+    text = json.dumps({"computed": computed, **KEPT}, indent=1) + "\n"
+    (folder / "critical-force.json").write_text(text, "utf-8")
 
 
 if __name__ == "__main__":

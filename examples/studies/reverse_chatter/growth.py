@@ -61,7 +61,10 @@ def speeds(law: str, e: float, t_end: float) -> tuple[Any, Any, Any]:
 
 def study(points: int) -> dict[str, Any]:
     """Return all numbers of the study."""
-    numbers: dict[str, Any] = {"mechanism": CART.name, "state": STATE, "push": PUSH, "laws": {}}
+    computed = {"version": ps.__version__, "law": f"rigid, with restitution {', '.join(LAWS)}"}
+    numbers: dict[str, Any] = {
+        "computed": computed, "mechanism": CART.name, "state": STATE, "push": PUSH, "laws": {}
+    }  # fmt: skip
     for law in LAWS:
         rows = []
         for e in np.linspace(0.2, 1.0, points):

@@ -147,11 +147,11 @@ def slide(
 
 
 def landing(
-    modes: Modes, contact: Contact, theta: Any, speed: Any, steps: int = 15, **options: Any
+    modes: Modes, contact: Contact, theta: Any, speed: Any, steps: int = 18, **options: Any
 ) -> Any:
     """Return, by case, the least friction from which the slip stops in the first contact.
 
-    By bisection between 0.02 and 4, to 4/2^steps.
+    By bisection between 0.02 and 4, to 4/2^steps: 1.5e-5.
     """
     theta, speed = (np.array(x, float) for x in np.broadcast_arrays(theta, speed))
     low, high = np.full(theta.shape, 0.02), np.full(theta.shape, 4.0)
@@ -165,6 +165,8 @@ def landing(
 
 # ---- the study ----
 
+GRID = 4 / 2**14
+"""What bisection leaves of a landing in a map."""
 MANY = (24, 12)
 """Numbers of modes of maps; the table of convergence has their error."""
 MAX_COUNTS = (80, 40)
@@ -174,6 +176,8 @@ SLENDER = (20, 30, 50, 100, 200, 500)
 MAP_ANGLES = tuple(np.round(np.arange(0.7, 1.53, 0.1), 2).tolist())
 PAPER_EXPONENT = 1.764  # of the paper's law, that of no material
 FRICTION = (0.7, 0.9, 1.1, 1.4)
+BENCH_RADIUS = 0.003
+"""Of the bench rod and its tip, m."""
 HARDNESS = 2.8
 """Pressure of full plasticity over the yield strength, Tabor; Johnson (1985), section 6.3."""
 
@@ -230,9 +234,9 @@ def over_speeds(angles: Sequence[float], speeds: Sequence[float]) -> list[dict[s
     columns = {
         "theta": theta,
         "speed": speed,
-        "landing": landing(Modes(bar, *MANY), hertz(bar), theta, speed, steps=18),
+        "landing": landing(Modes(bar, *MANY), hertz(bar), theta, speed),
         "divergence": divergence(bar, MANY, theta),
-        "rigid": landing(Modes(bar, 0, 0), hertz(bar), theta, speed, steps=18),
+        "rigid": landing(Modes(bar, 0, 0), hertz(bar), theta, speed),
     }
     return [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values())]  # noqa: B905
 
@@ -262,21 +266,18 @@ def variants() -> list[dict[str, Any]]:
     return rows
 
 
-def fast(speeds: Sequence[float], stiffer: Sequence[float]) -> list[dict[str, Any]]:
-    """Return the landing at θ = 1 of slip without end, by speed and by what multiplies K."""
+def fast(speeds: Sequence[float]) -> list[dict[str, Any]]:
+    """Return the landing of slip without end, by speed: modes, angles and what multiplies K."""
     bar, rows = theory().Bar(), []
-    for counts, factor in [
-        ((8, 4), 1.0),
-        (MANY, 1.0),
-        ((48, 24), 1.0),
-        *((MANY, x) for x in stiffer),
-    ]:
+    cases = [(1.0, counts, 1.0) for counts in ((8, 4), MANY, (48, 24), MAX_COUNTS)]
+    cases += [(1.0, MANY, 0.01), (1.0, MANY, 100.0), (1.4, MANY, 1.0), (1.4, (48, 24), 1.0)]
+    for theta, counts, factor in cases:
         contact = Contact(factor * hertz(bar).K)
-        least = landing(Modes(bar, *counts), contact, 1.0, np.array(speeds), steps=18, window=0.02,
+        least = landing(Modes(bar, *counts), contact, theta, np.array(speeds), window=0.02,
                         fineness=0.1)  # fmt: skip
-        rows.append({"modes": f"{counts[0]},{counts[1]}", "factor": factor,
+        rows.append({"theta": theta, "modes": f"{counts[0]},{counts[1]}", "factor": factor,
                      "landing": least.tolist(), "speed": list(speeds),
-                     "divergence": float(divergence(bar, counts, 1.0)[0])})  # fmt: skip
+                     "divergence": float(divergence(bar, counts, theta)[0])})  # fmt: skip
     return rows
 
 
@@ -298,6 +299,26 @@ def convergence(counts: Sequence[tuple[int, int]]) -> list[dict[str, Any]]:
     return rows
 
 
+def approaching(counts: Sequence[tuple[int, int]]) -> list[dict[str, Any]]:
+    """Return slip stops, and peak forces up to them, of a bar that approaches its yielding contact.
+
+    By approach velocity and friction, for each number of modes, at θ = 1 and 1 m/s.
+    """
+    law = Contact(hertz(theory().Bar()).K, 1.5, 0.75)
+    rows = []
+    for approach in (0.01, 0.1, 1.0):
+        for mu in (0.7, 1.4):
+            row: dict[str, Any] = {"approach": approach, "mu": mu}
+            for count in counts:
+                ends = slide(Modes(theory().Bar(), *count), law, 1.0, mu, 1.0, approach=approach,
+                             window=0.03, bounces=True)  # fmt: skip
+                name, stop = f"{count[0]},{count[1]}", float(ends["stop"][0])
+                row[f"stop {name}"] = None if math.isnan(stop) else stop
+                row[f"peak {name}"] = float(ends["peak"][0])
+            rows.append(row)
+    return rows
+
+
 def with_the_papers_law(angles: Sequence[float]) -> list[dict[str, float]]:
     """Return the landing at 1 m/s by the law of the paper, within 30 ms."""
     bar = theory().Bar()
@@ -307,21 +328,50 @@ def with_the_papers_law(angles: Sequence[float]) -> list[dict[str, float]]:
     return [{"theta": float(x), "landing": float(y)} for x, y in zip(theta, least, strict=True)]
 
 
+def belt(angles: Sequence[float]) -> list[dict[str, float]]:
+    """Return the landing of the bench rod of aluminium that approaches its belt with 0.1 m/s.
+
+    The rod has 1 m and 6 mm, and a hard tip: elastic, of the radius of the rod.
+    """
+    given = ps.material("aluminium")
+    mass = given.density * math.pi * BENCH_RADIUS**2
+    bar = theory().Bar(mass, 1.0, given.density, given.young_modulus, given.poisson_ratio)
+    contact, theta = hertz(bar, BENCH_RADIUS), np.array(angles)
+    columns = {
+        "theta": theta,
+        **{
+            f"landing {b},{a}": landing(Modes(bar, b, a), contact, theta, 1.0, approach=0.1)
+            for b, a in (MANY, (48, 24))
+        },
+        "landing of the rigid rod": landing(Modes(bar, 0, 0), contact, theta, 1.0, approach=0.1),
+    }
+    return [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values())]  # noqa: B905
+
+
 def maps(slender: Sequence[float], angles: Sequence[float], names: Sequence[str]) -> Any:
-    """Return the landing at 1 m/s over angle and slenderness, by material; round ends, 1 kg."""
-    grids = {}
+    """Return the landing at 1 m/s over angle and slenderness, by material; round ends, 1 kg.
+
+    ``truncation`` is by how much the least over angles falls with 48,24 modes.
+    """
+    grids: dict[str, Any] = {}
+    truncation: dict[str, list[float]] = {}
     for name in names:
-        given, rows = ps.material(name), []
+        given, rows, left = ps.material(name), [], []
         for ratio in slender:
             bar = theory().round_bar(
                 ratio, density=given.density, modulus=given.young_modulus,
                 poisson=given.poisson_ratio,
             )  # fmt: skip
             modes = Modes(bar, *MANY)
-            least = landing(modes, hertz(bar, bar.radius), np.array(angles), 1.0, steps=11)
+            contact = hertz(bar, bar.radius)
+            least = landing(modes, contact, np.array(angles), 1.0, steps=14)
             rows.append(least.tolist())
-        grids[name] = rows
-    return {"slenderness": list(slender), "angle": list(angles), "landing": grids}
+            at = int(np.argmin(least))
+            finer = landing(Modes(bar, 48, 24), contact, angles[at], 1.0, steps=14)
+            left.append(float(least[at] - finer))
+        grids[name], truncation[name] = rows, left
+    return {"slenderness": list(slender), "angle": list(angles), "landing": grids,
+            "truncation": truncation}  # fmt: skip
 
 
 def study(quick: bool) -> dict[str, Any]:
@@ -329,11 +379,17 @@ def study(quick: bool) -> dict[str, Any]:
     counts = ((2, 1),) if quick else ((1, 0), (4, 1), (8, 2), (24, 12), (48, 24), MAX_COUNTS)
     angles, speeds = ((1.0,), (1.0,)) if quick else (ANGLES, SPEEDS)
     return {
+        "computed": {
+            "version": ps.__version__, "law": "Hertz, elastic", "n": Contact(1.0).n,
+            "modes": "those named, at a held angle",
+        },
+        "belt": belt((0.6, 1.2)),
         "angles": over_angles(angles, counts[-1:] if quick else (MANY, (48, 24))),
         "speeds": over_speeds((1.0,) if quick else (1.0, 1.2, 1.4), speeds),
         "convergence": convergence(counts),
+        "approach": [] if quick else approaching(((8, 2), (20, 10), (48, 24), MAX_COUNTS)),
         "variants": [] if quick else variants(),
-        "fast": [] if quick else fast((1.0, 1e2, 1e4, 1e6), (0.01, 100.0)),
+        "fast": [] if quick else fast((1.0, 1e2, 1e4, 1e6)),
         "paper": [] if quick else with_the_papers_law((1.0, 1.2, 1.3, 1.4)),
         "maps": maps((50,) if quick else SLENDER, (1.0, 1.4) if quick else MAP_ANGLES,
                      ("steel",) if quick else tuple(n for n in materials() if n != "rubber")),
@@ -357,23 +413,33 @@ def tables(data: dict[str, Any]) -> list[str]:
         for v, rows in by_speed.items()
     ]
     last = next(iter(by_speed.values()))
-    limit = ["divergence", *(f"{r['divergence']:.4f}" for r in last), f"{1.3752594:.4f}"]
+    rigid = next(r["rigid rod"] for r in data["angles"] if r["theta"] == 1.0)
+    limit = ["divergence", *(f"{r['divergence']:.4f}" for r in last), f"{rigid:.4f}"]
     modes = [
         [r["modes"], f"{r['landing 1.0']:.4f}", f"{r['landing 1.4']:.4f}",
          *(f"{milli(r[f'stop {mu}'])}" for mu in FRICTION)]
         for r in data["convergence"]
     ]  # fmt: skip
     fastest = [
-        [r["modes"], f"{r['factor']:g}", *(f"{x:.5f}" for x in r["landing"]),
+        [f"{r['theta']:g}", r["modes"], f"{r['factor']:g}", *(f"{x:.5f}" for x in r["landing"]),
          f"{r['divergence']:.5f}"]
         for r in data["fast"]
     ]  # fmt: skip
     changes = [[r["case"], f"{r['landing']:.4f}"] for r in data["variants"]]
-    grid = data["maps"]
-    least = [
-        [name, *(f"{min(row):.3f}, {grid['angle'][int(np.argmin(row))]:g}" for row in rows)]
-        for name, rows in grid["landing"].items()
+    stops = [n.removeprefix("stop ") for n in data["approach"][0] if n.startswith("stop ")]
+    approach = [
+        [f"{r['approach']:g}", f"{r['mu']}", *(milli(r[f"stop {n}"]) for n in stops)]
+        for r in data["approach"]
     ]
+    grid = data["maps"]
+    least = []
+    for name, rows in grid["landing"].items():
+        errors = (max(abs(e), GRID) for e in grid["truncation"][name])
+        cells = [
+            f"{min(row):.3f} ± {error:.1g}, {grid['angle'][int(np.argmin(row))]:g}"
+            for row, error in zip(rows, errors, strict=True)
+        ]
+        least.append([name, *cells])
     return [
         table(["θ, rad", "(a) cot θ", "(b) coupling", "(c) landing, 1 m/s", "100 m/s",
                "(d) divergence, rigid contact", "Hertz, 9.8 N", "rigid rod, 1 m/s",
@@ -383,9 +449,10 @@ def tables(data: dict[str, Any]) -> list[str]:
         table(["modes", "landing, θ = 1", "landing, θ = 1.4", *(f"μ = {m}" for m in FRICTION)],
               modes),
         table(["landing at θ = 1 and 1 m/s", "least μ"], changes),
-        table(["modes", "K over Hertz's", *(f"{v:g} m/s" for v in data["fast"][0]["speed"]),
+        table(["θ", "modes", "K over Hertz's", *(f"{v:g} m/s" for v in data["fast"][0]["speed"]),
                "divergence, rigid contact"], fastest),
         table(["material", *(f"L/d = {x:g}" for x in grid["slenderness"])], least),
+        table(["approach, m/s", "μ", *(f"{n}, ms" for n in stops)], approach),
     ]  # fmt: skip
 
 

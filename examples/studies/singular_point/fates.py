@@ -179,6 +179,7 @@ def study(points: int) -> dict[str, Any]:
         {"mu": mu, "point": singular_point(mu), "slips": fates(mu, points)} for mu in FRICTIONS
     ]
     return {
+        "computed": {"version": ps.__version__, "law": "rigid"},
         "mechanism": ROD.name,
         "parameters": PARAMETERS,
         "threshold": float(threshold.friction),

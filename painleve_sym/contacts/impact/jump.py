@@ -292,7 +292,7 @@ def _of_impact(
     directions = (moves.D.T + 0.0).tolist()
     velocity, phases = [values[name] for name in names], []
     for phase in impact.phases:
-        impulses = (phase.normal_impulse, phase.tangential_impulse)
+        P_n, P_t = impulses = phase.impulse
         moved = []
         for v, *per_impulse in zip(velocity, *directions, strict=True):
             terms = (v, *(d * P for d, P in zip(per_impulse, impulses, strict=True)))
@@ -303,7 +303,7 @@ def _of_impact(
         # Adding 0.0 turns -0.0 into 0.0.
         stored = -phase.normal_work + 0.0
         v_n, v_t = phase.velocity
-        phases.append(JumpPhase(phase.name, *impulses, stored, named, v_t, v_n))
+        phases.append(JumpPhase(phase.name, P_n, P_t, stored, named, v_t, v_n))
     return tuple(phases)
 
 

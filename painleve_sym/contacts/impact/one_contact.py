@@ -1,4 +1,4 @@
-"""The complete planar impact of one contact in numbers: Routh's path, ray by ray."""
+"""The complete impact of one contact in numbers, in the plane and in space."""
 
 from __future__ import annotations
 
@@ -8,9 +8,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from painleve_sym.checks import checked_number, mobility_faults
+import numpy as np
+
+from painleve_sym.checks import checked_number, mobility_faults, spatial_mobility_faults
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
+from painleve_sym.contacts.impact.spatial import (
+    InvariantDirection,
+    course_in_space,
+    invariant_ones,
+)
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS
@@ -38,7 +45,7 @@ class ImpactEnd(enum.Enum):
 
 @dataclass(frozen=True)
 class Impact:
-    """The complete solution of a planar impact.
+    """The complete solution of an impact of one contact.
 
     Attributes
     ----------
@@ -48,12 +55,13 @@ class Impact:
     restitution : str
         Name of the law.
     velocity_before, velocity : tuple of float
-        (v_n, v_t) before and after; after what the impulse does up to the jam where it jams; m/s.
+        (v_n, v_t), in space (v_n, v_1, v_2), before and after; after what the impulse does up to
+        the jam where it jams; m/s.
     phases : tuple of ImpactPhase
         In order, of no length where two events coincide or with restitution 0. Empty without
         impact; where it jams, those before the jam.
     W : tuple of tuple of float
-        Mobility, rows and columns (n, t); 1/kg.
+        Mobility, rows and columns (n, t), in space (n, t1, t2); 1/kg.
 
     Examples
     --------
@@ -69,19 +77,23 @@ class Impact:
     case: ImpactClass
     end: ImpactEnd
     restitution: str
-    velocity_before: tuple[float, float]
-    velocity: tuple[float, float]
+    velocity_before: tuple[float, ...]
+    velocity: tuple[float, ...]
     phases: tuple[ImpactPhase, ...]
 
     def __repr__(self) -> str:
         """Return law, class, end and velocities in one line."""
-        (n, t), (n_after, t_after) = self.velocity_before, self.velocity
+        names = "v_n, v_t" if len(self.W) == 2 else "v_n, v_1, v_2"
+        before, after = (
+            ", ".join(f"{v:.6g}" for v in values)
+            for values in (self.velocity_before, self.velocity)
+        )
         return (
             f"Impact by {self.restitution!r}: {self.case.value}, ends in {self.end.value}, "
-            f"(v_n, v_t) = ({n:.6g}, {t:.6g}) to ({n_after:.6g}, {t_after:.6g}) m/s"
+            f"({names}) = ({before}) to ({after}) m/s"
         )
 
-    W: tuple[tuple[float, float], tuple[float, float]]
+    W: tuple[tuple[float, ...], ...]
 
     @property
     def without_collision(self) -> bool:
@@ -94,9 +106,16 @@ class Impact:
         return math.fsum(phase.normal_impulse for phase in self.phases)
 
     @property
-    def tangential_impulse(self) -> float:
-        """P_t of the impact; N s. |P_t| ≤ μ P_n."""
-        return math.fsum(phase.tangential_impulse for phase in self.phases)
+    def tangential_impulse(self) -> float | tuple[float, float]:
+        """P_t of the impact, in space (P_1, P_2); N s. |P_t| ≤ μ P_n."""
+        _, *P_t = self.impulse
+        return P_t[0] if len(P_t) == 1 else (P_t[0], P_t[1])
+
+    @property
+    def impulse(self) -> tuple[float, ...]:
+        """P_n and P_t of the impact, rows in the order of W; N s."""
+        every = [phase.impulse for phase in self.phases] or [(0.0,) * len(self.W)]
+        return tuple(math.fsum(own) for own in zip(*every, strict=True))
 
     @property
     def energy_change(self) -> float:
@@ -125,31 +144,35 @@ class Impact:
 def solve_impact(
     W: Sequence[Sequence[float]],
     mu: float,
-    velocity: tuple[float, float],
+    velocity: Sequence[float],
     restitution: str = "energetic",
     e: float = 0.75,
 ) -> Impact:
-    """Return the complete solution of a planar impact of one contact with Coulomb friction.
+    """Return the complete solution of an impact of one contact with Coulomb friction.
 
-    d(v_n, v_t)/dP_n = W (1, r), with r = P_t′/P_n′ = −μ sign(v_t) in slip and r = −W_nt/W_tt in
-    sticking: a path of straight pieces with exact break points where v_t = 0 (the contact then
-    sticks iff |W_nt| ≤ μ W_tt, else slips in direction sign(W_nt)), where v_n = 0 (compression
-    ends), and where the law ends restitution. At most three pieces; nothing is iterated.
+    In the plane d(v_n, v_t)/dP_n = W (1, r), with r = P_t′/P_n′ = −μ sign(v_t) in slip and
+    r = −W_nt/W_tt in sticking: a path of straight pieces with exact break points where v_t = 0 (the
+    contact then sticks iff |W_nt| ≤ μ W_tt, else slips in direction sign(W_nt)), where v_n = 0
+    (compression ends), and where the law ends restitution. At most three pieces; nothing is
+    iterated. In space r is a vector of two numbers, −μ v_t/|v_t| in slip: the slip turns, and the
+    path is followed by power series to rounding, through the stop of the slip. It then sticks iff
+    |W_tt⁻¹ w| ≤ μ, with w = (W_n1, W_n2), else slips in the one direction in which slip can grow.
     Signs: v_n < 0 on approach, P_n ≥ 0 pushes the bodies apart, P_t counts along v_t.
 
     Parameters
     ----------
-    W : array_like, shape (2, 2)
+    W : array_like, shape (2, 2) or (3, 3)
         Rows and columns in the order (n, t), like the velocity: [[W_nn, W_nt], [W_nt, W_tt]];
-        symmetric, positive definite or of rank one; 1/kg.
+        symmetric, positive definite or of rank one; 1/kg. In space in the order (n, t1, t2), with
+        t1 and t2 of unit length and at right angles; symmetric and positive definite.
     mu : float
         Friction coefficient, ≥ 0.
-    velocity : tuple of float
-        (v_n, v_t) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
+    velocity : sequence of 2 or 3 float
+        (v_n, v_t) or (v_n, v_1, v_2) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
     restitution : {"energetic", "poisson", "newton"}
         Agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
-        nothing back without collision, and can add energy (see `Impact.notice`); the others never
-        do in the impact of this single contact.
+        nothing back without collision, and can add energy (see `Impact.notice`). In the plane the
+        others never do; in space the energetic law never does.
     e : float
         Coefficient of restitution of that law, in [0, 1].
 
@@ -157,18 +180,20 @@ def solve_impact(
     -------
     Impact
         ``NO_IMPACT`` where v_n = 0 and A > 0, or nothing slips; end ``JAM`` where the impulse would
-        never end. A within rounding of 0 counts as 0, where the slip stops at v_n = 0.
+        never end. A within rounding of 0 counts as 0, where the slip stops at v_n = 0, or in space
+        turns to A < 0.
 
     Raises
     ------
     InputError
         All faults at once: entries that are not finite, v_n > 0, mu < 0, e outside [0, 1], W not
-        symmetric positive semidefinite, an unknown law; or results beyond the floating range.
+        symmetric positive semidefinite (in space definite), an unknown law; or results beyond the
+        floating range.
 
     References
     ----------
     Routh (1905); Keller (1986); Stronge (1990); Wang & Mason (1992); Nordmark, Dankowicz &
-    Champneys (2009).
+    Champneys (2009). In space Bhatt & Koechling (1995); Batlle (1996); Jia & Wang (2017).
 
     Examples
     --------
@@ -176,55 +201,124 @@ def solve_impact(
     >>> impact = solve_impact([[2.0, 0.0], [0.0, 1.0]], 0.3, (-1.0, 0.5), "newton", 0.5)
     >>> impact.case
     <ImpactClass.SLIDING: 'sliding'>
+
+    In space:
+
+    >>> W = [[2.0, 0.3, 0.4], [0.3, 1.0, 0.2], [0.4, 0.2, 3.0]]
+    >>> impact = solve_impact(W, 0.5, (-1.0, 0.1, -0.2), "energetic", 0.5)
+    >>> [phase.name for phase in impact.phases]
+    ['slip compression', 'slip restitution', 'sticking restitution']
     """
-    W_nn, W_nt, W_tt, mu, v_n, v_t, e = _checked(W, mu, velocity, restitution, e)
-    given, before = ((W_nn, W_nt), (W_nt, W_tt)), (v_n, v_t)
-    path = ImpactPath((W_nn, W_nt, W_tt), mu, v_n, v_t, restitution)
-    if not path.begins:
-        none, end = ImpactClass.NO_IMPACT, ImpactEnd.PERSISTENT
-        return Impact(none, end, restitution, before, before, (), given)
+    given, mu, before, e = _checked(W, mu, velocity, restitution, e)
+    in_plane = len(given) == 2
     try:
-        ended = path.follow(e)
+        if in_plane:
+            (W_nn, W_nt), (_, W_tt) = given
+            path = ImpactPath((W_nn, W_nt, W_tt), mu, before[0], before[1], restitution)
+            begins = path.begins
+            ended = begins and path.follow(e)
+            case, phases = path.case if begins else ImpactClass.NO_IMPACT, tuple(path.phases)
+        else:
+            case, ended, phases = course_in_space(given, mu, before, restitution, e)
     except OverflowError as error:
         raise InputError(
             "solve impact: impulses or energies leave the range of floating point. "
             "Fix: give smaller velocities, or W in other units."
         ) from error
-    end = ImpactEnd.SEPARATION if path.v_n > 0.0 else ImpactEnd.PERSISTENT
-    after = path.phases[-1].velocity if path.phases else before
-    end = end if ended else ImpactEnd.JAM
-    return Impact(path.case, end, restitution, before, after, tuple(path.phases), given)
+    after = phases[-1].velocity if phases else before
+    end = ImpactEnd.PERSISTENT
+    if case is not ImpactClass.NO_IMPACT:
+        end = ImpactEnd.SEPARATION if after[0] > 0.0 else ImpactEnd.PERSISTENT
+        end = end if ended else ImpactEnd.JAM
+    return Impact(case, end, restitution, before, after, phases, given)
+
+
+def invariant_directions(W: Sequence[Sequence[float]], mu: float) -> tuple[InvariantDirection, ...]:
+    """Return all directions in which slip does not turn in an impact of one contact in space.
+
+    Parameters
+    ----------
+    W : array_like, shape (3, 3)
+        Mobility as for `solve_impact`; 1/kg.
+    mu : float
+        Friction coefficient, ≥ 0.
+
+    Returns
+    -------
+    tuple of InvariantDirection
+        Two, or four where w = (W_n1, W_n2) lies within an astroid about 0, that of the largest
+        growth first; it attracts. Empty where slip turns in no direction, for w = 0 and equal
+        mobilities in all of them.
+
+    Raises
+    ------
+    InputError
+        As by `solve_impact`.
+
+    References
+    ----------
+    Bhatt & Koechling (1995); Batlle (1996).
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W = [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]]
+    >>> [round(d.growth, 6) for d in ps.invariant_directions(W, 0.5)]
+    [-0.5, -1.5, -1.5, -0.5]
+    """
+    where = "invariant directions"
+    if np.shape(W) != (3, 3):
+        raise InputError(
+            f"{where}: got W of shape {np.shape(W)}, need a matrix of 3 rows and columns: in the "
+            "plane slip does not turn. Fix: give the mobility of a contact in space."
+        )
+    checked = _checked(W, mu, (0.0,) * 3, "newton", 0.0, where)[0]
+    (_, n1, n2), (_, W11, W12), (_, _, W22) = checked
+    return invariant_ones((n1, n2), (W11, W12, W22), float(mu))
 
 
 def _checked(
     W: Sequence[Sequence[float]],
     mu: float,
-    velocity: tuple[float, float],
+    velocity: Sequence[float],
     restitution: str,
     e: float,
-) -> tuple[float, ...]:
-    """Return W_nn, W_nt, W_tt, mu, v_n, v_t, e as floats; raise with every fault."""
+    where: str = "solve impact",
+) -> tuple[tuple[tuple[float, ...], ...], float, tuple[float, ...], float]:
+    """Return W, mu, velocity and e as floats; raise with every fault."""
     try:
-        (W_nn, W_nt), (W_tn, W_tt) = ((float(w) for w in row) for row in W)
-        v_n, v_t = (float(v) for v in velocity)
+        rows = [[float(w) for w in row] for row in W]
+        v = tuple(float(v) for v in velocity)
         mu, e = float(mu), float(e)
+        if len(rows) not in (2, 3) or {len(v), *map(len, rows)} != {len(rows)}:
+            raise ValueError
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"solve impact: got W = {W!r}, mu = {mu!r}, velocity = {velocity!r}, e = {e!r}, need "
-            f"numbers, W of shape (2, 2) and velocity (v_n, v_t). Fix: check the shapes."
+            f"{where}: got W = {W!r}, mu = {mu!r}, velocity = {velocity!r}, e = {e!r}, need "
+            "numbers, W of shape (2, 2) and velocity (v_n, v_t), or in space W of shape (3, 3) and "
+            "velocity (v_n, v_1, v_2). Fix: check the shapes."
         ) from error
-    entries = {"W_nn": W_nn, "W_nt": W_nt, "W_tn": W_tn, "W_tt": W_tt, "mu": mu, "e": e}
-    entries |= {"v_n": v_n, "v_t": v_t}
-    faults = [fault for n, v in entries.items() if (fault := checked_number(v, n)[1])]
-    faults = faults or mobility_faults(W_nn, W_nt, W_tn, W_tt)
+    axes = "nt" if len(rows) == 2 else "n12"
+    entries = {
+        f"W_{a}{b}": w
+        for a, row in zip(axes, rows, strict=True)
+        for b, w in zip(axes, row, strict=True)
+    }
+    entries |= {"mu": mu, "e": e} | {f"v_{a}": own for a, own in zip(axes, v, strict=True)}
+    faults = [fault for n, number in entries.items() if (fault := checked_number(number, n)[1])]
+    if not faults:
+        in_plane = len(rows) == 2
+        faults = mobility_faults(*rows[0], *rows[1]) if in_plane else spatial_mobility_faults(rows)
     if mu < 0:
         faults.append(f"mu: got {mu!r}, need mu >= 0.")
-    if v_n > 0:
-        faults.append(f"v_n: got {v_n!r} m/s, need v_n <= 0: the contact is opening.")
+    if v[0] > 0:
+        faults.append(f"v_n: got {v[0]!r} m/s, need v_n <= 0: the contact is opening.")
     if e < 0 or e > 1:
         faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
     if str(restitution) not in RESTITUTIONS:
         faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
     if faults:
-        raise InputError("solve impact: " + " ".join(faults))
-    return W_nn, (W_nt + W_tn) / 2, W_tt, mu, v_n, v_t, e
+        raise InputError(f"{where}: " + " ".join(faults))
+    mean = zip(rows, zip(*rows, strict=True), strict=True)
+    symmetric = tuple(tuple((a + b) / 2 for a, b in zip(*pair, strict=True)) for pair in mean)
+    return symmetric, mu, v, e

@@ -1,4 +1,4 @@
-"""Routh's path of a planar impact: straight pieces in impulse space, one ray after the other."""
+"""Phases of an impact, and Routh's path in the plane: straight pieces, one ray after the other."""
 
 from __future__ import annotations
 
@@ -28,30 +28,43 @@ class PathRay(NamedTuple):
 
 @dataclass(frozen=True)
 class ImpactPhase:
-    """A part of an impact along one ray of the impulse.
+    """A part of an impact: of compression or restitution, in slip or sticking.
 
     Attributes
     ----------
     name : str
         ``tangential`` (slip that stops in compression), or slip, sticking or reverse slip
-        with compression or restitution, such as ``sticking compression``.
+        with compression or restitution, such as ``sticking compression``. Reverse slip begins
+        after a stop: backwards in the plane, in space at some angle to the slip before.
     mode : ContactMode
-        ``SLIP_POS``, ``SLIP_NEG`` or ``STICK``.
-    normal_impulse, tangential_impulse : float
-        P_n ≥ 0 and P_t of this phase; N s.
+        ``SLIP_POS``, ``SLIP_NEG``, in space ``SLIP``, or ``STICK``.
+    normal_impulse : float
+        P_n ≥ 0 of this phase; N s.
+    tangential_impulse : float or tuple of float
+        P_t of this phase, in space (P_1, P_2); N s.
     velocity : tuple of float
-        (v_n, v_t) at its end; m/s.
+        (v_n, v_t) at its end, in space (v_n, v_1, v_2); m/s.
     normal_work, tangential_work : float
-        ∫v_n dP_n (negative: stored in compression) and ∫v_t dP_t ≤ 0 (friction); J.
+        ∫v_n dP_n (negative: stored in compression) and ∫v_t·dP_t ≤ 0 (friction); J.
+    direction : tuple of float
+        Unit vector of the slip at its end, or that along which slip stops there; 0 in sticking.
+        One number in the plane, two in space. In the plane it is that of the whole phase.
     """
 
     name: str
     mode: ContactMode
     normal_impulse: float
-    tangential_impulse: float
-    velocity: tuple[float, float]
+    tangential_impulse: float | tuple[float, float]
+    velocity: tuple[float, ...]
     normal_work: float
     tangential_work: float
+    direction: tuple[float, ...]
+
+    @property
+    def impulse(self) -> tuple[float, ...]:
+        """P_n and P_t of this phase, rows in the order of W; N s."""
+        P_t = self.tangential_impulse
+        return (self.normal_impulse, *(P_t if isinstance(P_t, tuple) else (P_t,)))
 
 
 class ImpactPath:
@@ -147,7 +160,7 @@ class ImpactPath:
             name = "tangential" if compresses else "slip restitution"
             self._advance(name, P_stop, v_n if P_stop >= sooner else reached, 0.0)
             self.ray = self._ray_at_rest("reverse slip")
-            self.case = _AFTER_STOP[part, self.ray.mode is ContactMode.STICK]
+            self.case = AFTER_STOP[part, self.ray.mode is ContactMode.STICK]
             (P_end, v_n), P_stop = self._end(law, due), math.inf
         if P_end == math.inf:
             return False
@@ -173,11 +186,13 @@ class ImpactPath:
                 (math.ldexp(v_n, speed) + 0.0, math.ldexp(v_t, speed) + 0.0),
                 math.ldexp(work_n, energy) + 0.0,
                 math.ldexp(work_t, energy) + 0.0,
+                (_SIDES[self.ray.mode],),
             )
         )
 
 
-_AFTER_STOP = {
+_SIDES = {ContactMode.SLIP_POS: 1.0, ContactMode.SLIP_NEG: -1.0, ContactMode.STICK: 0.0}
+AFTER_STOP = {
     ("compression", True): ImpactClass.C_STICKING,
     ("compression", False): ImpactClass.C_REVERSED,
     ("restitution", True): ImpactClass.R_STICKING,

@@ -1,0 +1,128 @@
+"""The command robot: at which friction the contact of a robot is at risk."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.cli.options import (
+    FIGURES,
+    figure_file,
+    output_file,
+    output_folder,
+    read_look,
+    read_number,
+    read_quantities,
+)
+from painleve_sym.cli.output import draw, number, print_json, show, show_notices, show_table
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.robots.report import RiskReport, risk_report
+from painleve_sym.robots.robot import Robot
+from painleve_sym.robots.robot import robot as read
+
+SHOWN_GRADIENT = 8
+_BASES = {"fixed": False, "floating": True}
+
+
+def robot(arguments: argparse.Namespace) -> int:
+    """Print the risk of the contact of a robot, at a pose and over all poses."""
+    look = read_look(arguments)
+    picture = figure_file("--out", arguments.out, look, FIGURES) if arguments.out else None
+    page = output_file("--report", arguments.report, (".html",)) if arguments.report else None
+    code = output_folder("--export", arguments.export) if arguments.export else None
+    one = _read(arguments)
+    contact = one.contact(arguments.contact, **_place(arguments, one))
+    report = risk_report(contact, one.tree, arguments.mu, arguments.poses)
+    if picture is not None:
+        draw("risk_figure", picture, look, report)
+    if page is not None:
+        from painleve_sym.present.risk_page import risk_page
+
+        risk_page(report).write(page)
+    if code is not None:
+        from painleve_sym.c_export.robot import export_risk
+
+        export_risk(contact, code)
+    if arguments.json:
+        print_json(report.to_dict() | {"notices": list(report.notices)})
+        return 0
+    _show(report)
+    show_notices(report.notices)
+    for path in (picture, page, code):
+        if path is not None:
+            show(f"written: {path}")
+    return 0
+
+
+def _read(arguments: argparse.Namespace) -> Robot:
+    floating = None
+    if arguments.base is not None:
+        if arguments.base not in _BASES:
+            raise InputError(f"--base: {unknown_name('base', arguments.base, _BASES)}")
+        floating = _BASES[arguments.base]
+    armature: Any = None
+    if arguments.armature is not None:
+        text = arguments.armature
+        by_name = read_quantities("--armature", [text], dict) if "=" in text else {}
+        armature = by_name or read_number("--armature", text)
+    return read(arguments.file, floating=floating, armature=armature, srdf=arguments.srdf)
+
+
+def _place(arguments: argparse.Namespace, one: Robot) -> dict[str, Any]:
+    place: dict[str, Any] = {"pose": arguments.pose, "others": arguments.others or "free"}
+    if arguments.joints:
+        units = {name: joint.unit for name, joint in one.joints.items()}
+        place["joints"] = read_quantities("--joints", arguments.joints, lambda: units)
+    for key in ("point", "normal"):
+        text = getattr(arguments, key)
+        if text is not None:
+            place[key] = _three(f"--{key}", text)
+    if arguments.radius is not None:
+        place["radius"] = arguments.radius
+    if arguments.locked is not None:
+        place["locked"] = arguments.locked
+    return place
+
+
+def _three(where: str, text: str) -> list[float]:
+    values = [read_number(where, entry) for entry in text.split(",")]
+    if len(values) != 3:
+        raise InputError(f"{where}: got {text!r}, need three numbers x,y,z.")
+    return values
+
+
+def _show(report: RiskReport) -> None:
+    risk = report.risk
+    show(report.title)
+    show()
+    show("mobility W with the rows n, t1, t2, 1/kg")
+    show_table(("",) * 3, [[number(v, 9) for v in row] for row in risk.W.tolist()], left=())
+    show()
+    show(f"mu_P = W_nn/|w| = {number(risk.mu_P, 9)}: below it rigid contact has one answer,")
+    show("above it there are directions of slip with A < 0")
+    show(
+        f"worst direction of slip: {math.degrees(risk.direction):.4g} deg from t1, "
+        f"{', '.join(number(v, 4) for v in risk.worst_direction)} in the world"
+    )
+    if risk.mu is not None and risk.half_angle is not None:
+        inside = f"inside the paradox within {math.degrees(risk.half_angle):.4g} deg of it"
+        show(f"mu = {number(risk.mu)}: " + (inside if risk.half_angle else "below mu_P, no risk"))
+    show(f"least mu_P of all surface normals: {number(risk.least_over_normals, 9)}")
+    show()
+    largest = sorted(risk.gradient.items(), key=lambda pair: -abs(pair[1]))[:SHOWN_GRADIENT]
+    units = report.units
+    rows = [(name, number(slope), f"1/{units[name]}") for name, slope in largest]
+    show_table(("derivative of mu_P by", "value", "unit"), rows, left=(0, 2))
+    if report.least is not None:
+        show()
+        show(f"least mu_P that a search over joint limits reached: {number(report.least.mu_P, 6)}")
+        pairs = (f"{name} = {number(v, 4)}" for name, v in report.least.joints.items())
+        show(f"  at {', '.join(pairs)}")
+        quantiles = np.nanquantile(report.distribution, [0.05, 0.5, 0.95])
+        listed = ", ".join(number(float(q), 4) for q in quantiles)
+        show(f"mu_P of {len(report.distribution)} random poses, 5, 50 and 95 %: {listed}")
+    if report.share_at_risk is not None:
+        show(f"share of poses at risk: {100 * report.share_at_risk:.3g} %")

@@ -1,0 +1,235 @@
+"""The contacts of a robot as a `Dynamics`: mobility and free accelerations at its poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.derivation_cache import code_mark
+from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
+from painleve_sym.robots.rigid_body import RigidBodies
+from painleve_sym.robots.tree import RobotTree
+
+BASE = ("base_x", "base_y", "base_z", "base_roll", "base_pitch", "base_yaw")
+"""Coordinates of a floating base: place, and angles about the fixed axes x, y, z in turn."""
+NORMAL = ("normal_x", "normal_y", "normal_z")
+TANGENT = ("tangent_x", "tangent_y", "tangent_z")
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoint:
+    """A contact of a robot with its surroundings.
+
+    Attributes
+    ----------
+    frame : str
+        Name of a frame of the robot.
+    point : ndarray, shape (3,)
+        In the axes of the frame, m: the point of contact, or the centre of a round foot.
+    radius : float
+        Of a round foot: the contact is this far from the point, against the normal; m.
+    """
+
+    frame: str
+    point: Array = field(default_factory=lambda: np.zeros(3))
+    radius: float = 0.0
+
+
+class _Formulas(NamedTuple):
+    """Parts of the functions: arguments, accelerations of the contacts, and what moves them."""
+
+    x: ca.SX
+    J: ca.SX
+    D: ca.SX
+    free: ca.SX
+    b: ca.SX
+    velocity: ca.SX
+    bodies: RigidBodies
+    M: ca.SX
+    angles: ca.SX
+    rates: ca.SX
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDynamics:
+    """Contacts of a robot in space, in the form in which `Delassus` asks for them.
+
+    Coordinates are those of a floating base, then joint values; parameters are friction `mu`, the
+    normal of the surface and a tangent, both unit vectors of the world, and the torque of each
+    joint. All contacts have one normal, and are taken as closed.
+
+    Parameters
+    ----------
+    tree : RobotTree
+    contacts : tuple of ContactPoint
+    locked : frozenset of str
+        Joints without velocity.
+    """
+
+    tree: RobotTree
+    contacts: tuple[ContactPoint, ...]
+    locked: frozenset[str] = frozenset()
+
+    @property
+    def n_tangents(self) -> int:
+        """Tangential directions of a contact."""
+        return 2
+
+    @property
+    def rows(self) -> ContactRows:
+        """Rows of the contacts in W and b."""
+        return ContactRows(len(self.contacts), self.n_tangents)
+
+    @cached_property
+    def outline(self) -> MechanismOutline:
+        """Names of states, parameters and contacts."""
+        joints = self.tree.joints.values()
+        coordinates = [
+            Coordinate(n, f"{n} of the base", "m" if k < 3 else "rad") for k, n in enumerate(BASE)
+        ] * self.tree.floating
+        coordinates += [Coordinate(j.name, f"value of joint {j.name}", j.unit) for j in joints]
+        parameters = [Parameter("mu", 0.0, "1", "friction coefficient", lower=0.0)]
+        for names, noun, default in ((NORMAL, "normal", 2), (TANGENT, "tangent", 0)):
+            parameters += [
+                Parameter(name, float(k == default), "1", f"{noun} of the surface")
+                for k, name in enumerate(names)
+            ]
+        parameters += [
+            Parameter(f"torque_{j.name}", 0.0, "N m" if j.unit == "rad" else "N", "of the joint")
+            for j in joints
+        ]
+        contacts = tuple(
+            ContactOutline(c.frame, False, "mu", "0", f"slip of {c.frame}", "", "", False)
+            for c in self.contacts
+        )
+        return MechanismOutline(tuple(coordinates), tuple(parameters), contacts, (), False)
+
+    @cached_property
+    def definition(self) -> str:
+        """Everything that the functions are made of, as one text."""
+        points: list[object] = []
+        for contact in self.contacts:
+            frame = self.tree.frames[contact.frame]
+            arrays = (frame.rotation, frame.position, contact.point)
+            points.append([frame.body, *(a.tolist() for a in arrays), contact.radius])
+        own = (code_mark("robots"), self.tree.definition, points, sorted(self.locked))
+        return "\n".join(map(str, own))
+
+    @cached_property
+    def _formulas(self) -> _Formulas:
+        names = self.outline.argument_names
+        x = ca.SX.sym("x", len(names))
+        at: Mapping[str, ca.SX] = dict(zip(names, ca.vertsplit(x), strict=True))
+        bodies = RigidBodies(self.tree.merged, at, self.locked)
+        vector = [ca.vertcat(*(at[n] for n in three)) for three in (NORMAL, TANGENT)]
+        gravity = ca.SX(ca.DM(self.tree.gravity))
+        velocity = ca.vertcat(*(at[f"{name}_dot"] for name in bodies.dofs))
+        angles, rates = ca.SX(0, 1), ca.SX(0, 1)
+        if self.tree.floating:
+            angles = ca.vertcat(*(at[name] for name in BASE[3:]))
+            rates = ca.vertcat(*(at[f"{name}_dot"] for name in BASE))
+            R, _ = _base(angles)
+            vector, gravity = [R.T @ v for v in vector], R.T @ gravity
+            velocity = ca.vertcat(_to_twist(angles) @ rates, velocity)
+        normal, tangent = vector
+        axes = ca.horzcat(normal, tangent, ca.cross(normal, tangent)).T
+        J, drift = [], []
+        for contact in self.contacts:
+            body, turned, origin = bodies.place(contact.frame)
+            point = origin + turned @ ca.SX(ca.sparsify(ca.DM(contact.point)))
+            linear, angular = bodies.jacobian(body, point)
+            acceleration, turning = bodies.drift(body, point, velocity, gravity)
+            if contact.radius:
+                # The point of contact moves over the foot: its lever stays along the normal.
+                lever = -contact.radius * normal
+                linear = linear + ca.horzcat(
+                    *(ca.cross(angular[:, k], lever) for k in range(bodies.size))
+                )
+                acceleration = acceleration + ca.cross(turning, lever)
+            J.append(axes @ linear)
+            drift.append(axes @ acceleration)
+        M, whole = bodies.mass_matrix(), ca.vertcat(*J)
+        torques = ca.vertcat(*(at[f"torque_{name}"] for name in bodies.dofs))
+        forces = ca.vertcat(ca.SX(bodies.base_size, 1), torques) - bodies.bias(velocity, gravity)
+        # The tree's branches share no entry of M, and stay apart in its factors.
+        solved = ca.ldl_solve(ca.densify(ca.horzcat(whole.T, forces)), *ca.ldl(M))
+        D, free = solved[:, : self.rows.size], solved[:, self.rows.size]
+        b = whole @ free + ca.vertcat(*drift)
+        return _Formulas(x, whole, D, free, b, velocity, bodies, M, angles, rates)
+
+    def mass_function(self) -> ca.Function:
+        """Return the function of the mass matrix, row by row."""
+        f = self._formulas
+        return ca.Function("mass", [f.x], [ca.densify(ca.vec(f.M.T))])
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of what the velocities of the robot move: the base, six times, and joints."""
+        joints = (name for name in self.tree.joints if name not in self.locked)
+        return (*(BASE * self.tree.floating), *joints)
+
+    def contact_function(self) -> ca.Function:
+        """Return the function of all `ContactNumbers` but mu."""
+        f, rows, n = self._formulas, self.rows, len(self.contacts)
+        W, v = f.J @ f.D, f.J @ f.velocity
+        held = []
+        for i in range(n):
+            normal, tangents = rows.normal(i), list(rows.tangents(i))
+            gain = ca.solve(W[tangents, tangents], ca.horzcat(W[tangents, normal], f.b[tangents]))
+            own = ca.horzcat(W[normal, normal], f.b[normal])
+            held.append(own - W[normal, tangents] @ gain)
+        slips = [v[row] for i in range(n) for row in rows.tangents(i)]
+        entries = [ca.SX(n, 1), *(v[rows.normal(i)] for i in range(n)), *slips]
+        entries += [h[k] for k in range(2) for h in held]
+        entries += [CONTACT_TOLERANCE * ca.SX.ones(2 * n), ca.vec(W.T), f.b]
+        return ca.Function("contacts", [f.x], ca.cse([ca.densify(ca.vertcat(*entries))]))
+
+    def motion_function(self) -> ca.Function:
+        """Return the function of all `MotionNumbers`."""
+        f, names = self._formulas, [c.name for c in self.outline.coordinates]
+        # Velocities of the robot from those of the coordinates, and back.
+        to, back = ca.SX(f.bodies.size, len(names)), ca.SX(len(names), f.bodies.size)
+        free = f.free
+        for k, name in enumerate(f.bodies.dofs, f.bodies.base_size):
+            to[k, names.index(name)] = back[names.index(name), k] = 1.0
+        if self.tree.floating:
+            E = _to_twist(f.angles)
+            to[:6, :6], back[:6, :6] = E, ca.solve(E, ca.SX.eye(6))
+            turning = ca.jtimes(E @ f.rates, f.angles, f.rates[3:])
+            free = free - ca.vertcat(turning, ca.SX(f.bodies.size - 6, 1))
+        energy = f.velocity.T @ f.M @ f.velocity / 2
+        rows = [ca.vec((f.J @ to).T), ca.vec((back @ f.D).T), back @ free]
+        entries = ca.vertcat(*rows, ca.SX(self.rows.size, 1), energy)
+        return ca.Function("motion", [f.x], [ca.densify(entries)])
+
+
+def _base(angles: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return the rotation of the base by its angles, and its angular velocity per angle.
+
+    The angular velocity is in the axes of the base.
+    """
+    (cr, cp, cy), (sr, sp, sy) = map(ca.vertsplit, (ca.cos(angles), ca.sin(angles)))
+    R = ca.vertcat(
+        ca.horzcat(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        ca.horzcat(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        ca.horzcat(-sp, cp * sr, cp * cr),
+    )
+    rates = ca.vertcat(
+        ca.horzcat(1, 0, -sp), ca.horzcat(0, cr, sr * cp), ca.horzcat(0, -sr, cr * cp)
+    )
+    return R, rates
+
+
+def _to_twist(angles: ca.SX) -> ca.SX:
+    """Return the velocities of the base in its own axes by those of its coordinates."""
+    R, rates = _base(angles)
+    return ca.diagcat(R.T, rates)

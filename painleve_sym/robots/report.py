@@ -1,0 +1,71 @@
+"""All that the command `robot` says of a contact: its risk at a pose, and over all poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.robots.robot import CAVEATS, POSES, ContactRisk, LeastRisk, RobotContact
+from painleve_sym.robots.tree import RobotTree
+
+
+@dataclass(frozen=True, eq=False)
+class RiskReport:
+    """The risk of a contact at its pose, and over all poses within limits.
+
+    Attributes
+    ----------
+    title : str
+    risk : ContactRisk
+    least : LeastRisk or None
+        None where no joint has a range.
+    distribution : ndarray, shape (poses,)
+        μ_P at random poses; nan where the contact cannot move.
+    share_at_risk : float or None
+        Part of these poses with μ_P < μ; None without a friction coefficient.
+    units : dict of str to str
+        Of the joints.
+    notices : tuple of str
+    """
+
+    title: str
+    risk: ContactRisk
+    least: LeastRisk | None
+    distribution: Array
+    share_at_risk: float | None
+    units: dict[str, str]
+    notices: tuple[str, ...] = field(default=())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return self.risk.to_dict() | {
+            "least": None if self.least is None else self.least.to_dict(),
+            "share_at_risk": self.share_at_risk,
+        }
+
+
+def risk_report(
+    contact: RobotContact, tree: RobotTree, mu: float | None, count: int | None = None
+) -> RiskReport:
+    """Return the risk of a contact at its pose, and over random poses."""
+    risk = contact.risk(mu)
+    poses = contact.random_poses(count or POSES)
+    least, share, distribution = None, None, np.empty(0)
+    if poses:
+        distribution = contact.thresholds(poses)
+        least = contact.least(poses)
+        if mu is not None:
+            share = float(np.mean(distribution < mu))
+    names = [c.frame for c in contact.dynamics.contacts]
+    base = "floating" if tree.floating else "fixed"
+    others = f", {', '.join(names[1:])} {'stuck' if contact.stuck else 'free'}" * (len(names) > 1)
+    locked = len(contact.dynamics.locked)
+    held = f", {locked} locked" * bool(locked)
+    title = f"{tree.name}, {base} base, {len(tree.joints)} joints{held}: contact {names[0]}{others}"
+    units = {name: joint.unit for name, joint in contact.joints.items()}
+    return RiskReport(
+        title, risk, least, distribution, share, units, (*tree.notices, " ".join(CAVEATS))
+    )

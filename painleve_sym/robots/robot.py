@@ -1,0 +1,563 @@
+"""Robots of a file, and the risk of their contacts: at a pose, and over all poses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.checks import by_name, checked_number, names_of, number, whole_number
+from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.delassus import ContactNumbers, Delassus
+from painleve_sym.contacts.risk import (
+    friction_threshold,
+    held,
+    least_over_normals,
+    sector_half_angle,
+    slip_direction,
+)
+from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.files import finite
+from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
+from painleve_sym.robots.robot_file import read_robot
+from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion
+from painleve_sym.robots.urdf import srdf_poses
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+CAVEATS = (
+    "The torques of joints are taken as given, whatever the contact does: ideal torque control.",
+    "Links, joints and ground are taken as rigid.",
+    "The contact is one point; a round foot moves it as it rolls.",
+)
+"""Assumptions that every result of a robot depends on."""
+OTHERS = ("free", "stuck")
+"""What the other contacts do: they carry no force that changes, or do not accelerate."""
+POSES = 2000
+"""Random poses by default."""
+_STARTS, _SHORT, _LONG = 12, 30, 300
+"""Searches for the least, their iterations, and those of the best ones, which continue."""
+_SINGULAR_MASS = 1e-12
+"""Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
+_SINGULAR = 1e-9
+"""Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactRisk:
+    """The contact of a robot at a pose.
+
+    Attributes
+    ----------
+    W : ndarray, shape (3, 3)
+        Mobility with the rows n, t1, t2 of the contact; 1/kg.
+    mu : float or None
+        Friction coefficient.
+    mu_P : float
+        A < 0 for some direction of slip exactly where the friction coefficient exceeds this.
+    direction : float
+        Angle of the worst direction of slip from t1 towards t2; rad.
+    half_angle : float or None
+        Of the sector of directions with A < 0 about it, for `mu`; rad.
+    worst_direction : ndarray, shape (3,)
+        Unit vector of the worst slip, in the axes of the world.
+    least_over_normals : float
+        The least `mu_P` of all surface normals.
+    gradient : dict of str to float
+        Derivatives of `mu_P` by joint values, 1/rad or 1/m.
+    """
+
+    W: Array
+    mu: float | None
+    mu_P: float
+    direction: float
+    half_angle: float | None
+    worst_direction: Array
+    least_over_normals: float
+    gradient: dict[str, float]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; infinite numbers are None."""
+        return {
+            "W": self.W.tolist(),
+            "mu_P": finite(self.mu_P),
+            "sector": {"direction": self.direction, "half_angle": self.half_angle},
+            "worst_direction": self.worst_direction.tolist(),
+            "least_over_normals": finite(self.least_over_normals),
+            "gradient": {n: finite(g) for n, g in self.gradient.items()},
+        }
+
+
+@dataclass(frozen=True)
+class LeastRisk:
+    """The pose with the least `mu_P` that a search over joint values within limits reached.
+
+    Attributes
+    ----------
+    mu_P : float
+    joints : dict of str to float
+        rad or m.
+    """
+
+    mu_P: float
+    joints: dict[str, float]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {"mu_P": finite(self.mu_P), "joints": self.joints}
+
+
+@dataclass(frozen=True, eq=False)
+class RobotContact:
+    """A contact of a robot at a pose; `Robot.contact` makes it.
+
+    Attributes
+    ----------
+    dynamics : RobotDynamics
+        Of all named contacts; the first one is the contact in question.
+    values : dict of str to float
+        Every argument of its functions.
+    stuck : bool
+        Whether the other contacts do not accelerate.
+    """
+
+    dynamics: RobotDynamics
+    values: Mapping[str, float]
+    stuck: bool = False
+
+    @cached_property
+    def _delassus(self) -> Delassus:
+        return Delassus(self.dynamics, compiles=False)
+
+    @property
+    def joints(self) -> dict[str, Joint]:
+        """Joints that are not locked, by name."""
+        every, locked = self.dynamics.tree.joints, self.dynamics.locked
+        return {name: joint for name, joint in every.items() if name not in locked}
+
+    @property
+    def axes(self) -> Array:
+        """Normal and both tangents in the axes of the world, shape (3, 3)."""
+        n, t = (np.array([self.values[k] for k in names]) for names in (NORMAL, TANGENT))
+        return np.array([n, t, np.cross(n, t)])
+
+    def numbers(self) -> ContactNumbers:
+        """Return the numbers of all contacts at the pose."""
+        return self._delassus.at(self.values)
+
+    def _of_first(self, W: Array) -> Array:
+        if not self.stuck:
+            return W[:3, :3]
+        return held(W, [0, 1, 2], list(range(3, len(W))))
+
+    def mobility(self, joints: Mapping[str, Array] | None = None) -> Array:
+        """Return W at the pose, or at arrays of joint values that differ from it.
+
+        Returns
+        -------
+        ndarray, shape (3, 3, ...)
+            Rows n, t1, t2; 1/kg.
+        """
+        values = {**self.values, **(joints or {})}
+        numbers = self._delassus.at_each(values) if joints else self._delassus.at(self.values)
+        return self._of_first(numbers.W)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of all that W depends on, in the order of `mobility_of`."""
+        return self.dynamics.outline.argument_names
+
+    def mobility_of(self, x: ca.SX) -> ca.SX:
+        """Return W as CasADi formulas of a vector of all `arguments`."""
+        import casadi as ca
+
+        entries = self._delassus.contact_quantities
+        of = dict(zip(entries.names, ca.vertsplit(entries.function(x)), strict=True))
+        rows = range(self.dynamics.rows.size)
+        W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
+        first, rest = list(range(3)), list(range(3, self.dynamics.rows.size))
+        if not self.stuck:
+            return W[first, first]
+        return W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
+
+    @cached_property
+    def _ratio(self) -> Quantities:
+        """|w|²/W_nn² = 1/μ_P², and its derivatives by the joints that are not locked."""
+        dynamics, names, arguments = self.dynamics, tuple(self.joints), self.arguments
+
+        def derive() -> tuple[list[str], ca.Function]:
+            import casadi as ca
+
+            x = ca.SX.sym("x", len(arguments))
+            W = self.mobility_of(x)
+            ratio = (W[1, 0] ** 2 + W[2, 0] ** 2) / W[0, 0] ** 2
+            slopes = ca.gradient(ratio, x)[[arguments.index(name) for name in names]]
+            whole = ca.densify(ca.vertcat(ratio, slopes))
+            return ["ratio", *names], ca.Function("ratio", [x], ca.cse([whole]))
+
+        title = f"risk {self.stuck}"
+        return quantities(title, dynamics.definition, arguments, derive, compiles=False)
+
+    def risk(self, mu: float | None = None) -> ContactRisk:
+        """Return the risk of the contact at the pose.
+
+        Parameters
+        ----------
+        mu : float, optional
+            Friction coefficient, >= 0.
+
+        Raises
+        ------
+        InputError
+            Where the contact cannot move along its normal.
+        """
+        if mu is not None:
+            mu = number(mu, "mu", where="robot", lower=0.0)
+        W = self.mobility()
+        self._check_mass()
+        if not W[0, 0] > _SINGULAR * np.trace(W):
+            raise InputError(
+                f"robot: contact {self.dynamics.contacts[0].frame!r} cannot move along the normal "
+                f"in this pose: W_nn = {W[0, 0]:g} 1/kg. Fix: choose another pose or normal, or "
+                "lock fewer joints."
+            )
+        mu_P, direction = float(friction_threshold(W)), slip_direction(W)
+        ratio, *slopes = self._ratio.of_vector([self.values[n] for n in self._ratio.arguments])
+        factor = -0.5 * ratio**-1.5 if ratio > 0 else math.nan
+        _, t1, t2 = self.axes
+        return ContactRisk(
+            W=W,
+            mu=mu,
+            mu_P=mu_P,
+            direction=direction,
+            half_angle=None if mu is None else sector_half_angle(mu_P, mu),
+            worst_direction=math.cos(direction) * t1 + math.sin(direction) * t2,
+            least_over_normals=float(least_over_normals(W)),
+            gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
+        )
+
+    def _check_mass(self) -> None:
+        """Raise where the mass matrix is singular, to whose rounding W then belongs."""
+        names, arguments = self.dynamics.velocities, self.dynamics.outline.argument_names
+        places = [f"M_{i}_{k}" for i in range(len(names)) for k in range(len(names))]
+        function = quantities(
+            "mass matrix",
+            self.dynamics.definition,
+            arguments,
+            lambda: (places, self.dynamics.mass_function()),
+            compiles=False,
+        )
+        M = np.array(function.of_vector([self.values[n] for n in arguments]))
+        M = M.reshape(len(names), len(names))
+        scale = 1 / np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
+        values, vectors = np.linalg.eigh(M * np.outer(scale, scale))
+        if values[0] < _SINGULAR_MASS:
+            name = names[int(np.argmax(np.abs(vectors[:, 0])))]
+            raise InputError(
+                f"robot: the mass matrix is singular at this pose: {name!r} turns links without "
+                "inertia about its axis. Fix: give them an inertia, give joints a rotor inertia "
+                "(armature), or lock the joint."
+            )
+
+    def _ranges(self) -> dict[str, tuple[float, float]]:
+        """Return the limits of the joints that are varied: a turn for those that have none."""
+        ranges = {}
+        for joint in self.joints.values():
+            lower, upper = joint.lower, joint.upper
+            if joint.unit == "rad":
+                lower, upper = max(lower, -math.pi), min(upper, math.pi)
+                if not lower < upper:
+                    lower, upper = joint.lower, joint.upper
+            if math.isfinite(upper - lower) and lower < upper:
+                ranges[joint.name] = (lower, upper)
+        return ranges
+
+    def random_poses(self, count: int = POSES, seed: int = 0) -> dict[str, Array]:
+        """Return joint values drawn uniformly within the limits, each of shape (count,).
+
+        Joints without limits turn by one turn; those that slide keep their value.
+        """
+        count = whole_number(count, "count", where="random_poses", lower=1, upper=10_000_000)
+        random = np.random.default_rng(seed)
+        return {n: random.uniform(*ends, size=count) for n, ends in self._ranges().items()}
+
+    def thresholds(self, joints: Mapping[str, Array]) -> Array:
+        """Return μ_P at arrays of joint values; nan where the contact cannot move."""
+        W = self.mobility(joints)
+        moves = W[0, 0] > _SINGULAR * np.trace(W)
+        return np.where(moves, friction_threshold(W), np.nan)
+
+    def least(self, joints: Mapping[str, Array] | None = None) -> LeastRisk:
+        """Return the least μ_P over joint values within their limits, with its pose.
+
+        Searches by gradients start at the poses with the smallest μ_P of those given, by default
+        `random_poses`. It is the least that they reach, not a proof; `certify` proves.
+
+        Raises
+        ------
+        InputError
+            Where no joint has a range.
+        """
+        ranges = self._ranges()
+        if not ranges:
+            raise InputError("robot: no joint has a range to search. Fix: lock fewer joints.")
+        from scipy.optimize import minimize
+
+        joints = self.random_poses() if joints is None else joints
+        mu_P = self.thresholds(joints)
+        order = np.argsort(mu_P)[:_STARTS]
+        names, of = list(ranges), self._ratio
+        place = [of.arguments.index(name) for name in names]
+        slopes_of = [1 + list(self.joints).index(name) for name in names]
+        point = np.array([self.values[name] for name in of.arguments])
+
+        def objective(q: Array) -> tuple[float, Array]:
+            point[place] = q
+            numbers = np.array(of.of_vector(point.tolist()))
+            if not numbers[0] > 0 or not np.isfinite(numbers).all():
+                return 0.0, np.zeros(len(q))
+            # Of the logarithm, whose size is the same for all robots.
+            return -math.log(numbers[0]), -numbers[slopes_of] / numbers[0]
+
+        def descended(start: Array, iterations: int) -> tuple[float, Array]:
+            settings = {"method": "L-BFGS-B", "bounds": list(ranges.values())}
+            options = {"maxiter": iterations}
+            answer = minimize(objective, start, jac=True, options=options, **settings)
+            return float(answer.fun), answer.x
+
+        starts = [np.array([joints[name][k] for name in names]) for k in order]
+        reached = sorted((descended(q, _SHORT) for q in starts), key=lambda pair: pair[0])
+        best, best_q = min((descended(q, _LONG) for _, q in reached[:2]), key=lambda pair: pair[0])
+        pose = {n: float(v) for n, v in zip(names, best_q, strict=True)}
+        whole = {name: pose.get(name, float(self.values[name])) for name in self.joints}
+        return LeastRisk(math.exp(best / 2), whole)
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot of a URDF or MJCF file; `robot` reads it.
+
+    Attributes
+    ----------
+    tree : RobotTree
+        Bodies, joints, frames and named poses.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> arm = ps.robot("tests/robots/files/two_link.urdf")
+    >>> list(arm.joints)
+    ['theta_1', 'theta_2']
+    >>> tip = arm.contact("tip", joints={"theta_1": -0.5, "theta_2": -1.0})
+    >>> round(tip.risk().mu_P, 3)
+    20.3
+    """
+
+    tree: RobotTree
+    where: str = field(default="robot")
+
+    @property
+    def joints(self) -> dict[str, Joint]:
+        """Joints by name, without those that follow another one."""
+        return self.tree.joints
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Names of the frames."""
+        return tuple(self.tree.frames)
+
+    def contact(
+        self,
+        frames: str | Sequence[str],
+        *,
+        point: Sequence[float] = (0.0, 0.0, 0.0),
+        normal: Sequence[float] = (0.0, 0.0, 1.0),
+        radius: float = 0.0,
+        joints: Mapping[str, float] | None = None,
+        pose: str | None = None,
+        locked: str | Sequence[str] = (),
+        others: str = "free",
+    ) -> RobotContact:
+        """Return a contact of the robot at a pose.
+
+        Parameters
+        ----------
+        frames : str or sequence of str
+            Frames with a contact; the first one is in question.
+        point : sequence of float, shape (3,)
+            Place of the contact in its frame, m; of a round foot its centre.
+        normal : sequence of float, shape (3,)
+            Of the surface, in the axes of the world: from the ground to the robot.
+        radius : float
+            Of round feet, m.
+        joints : mapping of str to float, optional
+            Values of joints, rad or m; others are those of the pose, or nearest to 0.
+        pose : str, optional
+            A named pose: keyframe of MJCF, group state of SRDF.
+        locked : str or sequence of str
+            Joints that hold their value, whatever force acts; ``all`` of them.
+        others : str
+            What the other contacts do: ``free``, or ``stuck``, without acceleration.
+
+        Raises
+        ------
+        InputError
+            Unknown frames, joints or poses, with the nearest name; values outside limits; a
+            vanishing normal.
+        """
+        where, tree = self.where, self.tree
+        names = names_of(frames, f"{where}: contact", "LF_FOOT")
+        if not names or len(set(names)) < len(names):
+            raise InputError(f"{where}: contact: got {received(frames)}, need different frames.")
+        for name in names:
+            tree.frame(name, f"{where}: contact")
+        if others not in OTHERS:
+            raise InputError(f"{where}: others: {unknown_name('choice', others, OTHERS)}")
+        place = _vector(point, f"{where}: point")
+        axis = _vector(normal, f"{where}: normal")
+        length = float(np.linalg.norm(axis))
+        if not length > 1e-10:
+            raise InputError(
+                f"{where}: normal: got {axis.tolist()}, need a vector of positive length."
+            )
+        axis = axis / length
+        size = number(radius, "radius", where=where, lower=0.0)
+        held_joints = names_of(locked, f"{where}: locked", "knee,ankle")
+        if held_joints == ("all",):
+            held_joints = tuple(tree.joints)
+        for name in held_joints:
+            if name not in tree.joints:
+                raise InputError(f"{where}: locked: {unknown_name('joint', name, tree.joints)}")
+        if mover := tree.massless(held_joints):
+            raise InputError(
+                f"{where}: {'the base' if mover == 'base' else f'joint {mover!r}'} moves links "
+                "without mass. Fix: give the moving links an inertial, or lock the joint."
+            )
+        values, base = self._pose(joints, pose)
+        points = tuple(ContactPoint(name, place, size) for name in names)
+        dynamics = RobotDynamics(tree, points, frozenset(held_joints))
+        if not tree.floating and not set(tree.joints) - set(held_joints):
+            raise InputError(f"{where}: nothing moves. Fix: lock fewer joints.")
+        at = dict.fromkeys(dynamics.outline.argument_names, 0.0) | values
+        if tree.floating:
+            at |= dict(zip(BASE[3:], base, strict=True))
+        # The first tangent is the axis x as the surface sees it, where that is not its normal.
+        along = np.array([0.0, 1.0, 0.0] if abs(axis[0]) > 0.9 else [1.0, 0.0, 0.0])
+        along = along - (along @ axis) * axis
+        along /= np.linalg.norm(along)
+        at |= dict(zip(NORMAL, axis.tolist(), strict=True))
+        at |= dict(zip(TANGENT, along.tolist(), strict=True))
+        return RobotContact(dynamics, at, others == "stuck" and len(names) > 1)
+
+    def _pose(
+        self, joints: Mapping[str, float] | None, pose: str | None
+    ) -> tuple[dict[str, float], Array]:
+        """Return values of all joints, and the angles of the base."""
+        where, tree = self.where, self.tree
+        named = Pose({})
+        if pose is not None:
+            if pose not in tree.poses:
+                hint = "" if tree.poses else " Fix: name the SRDF file of the robot."
+                raise InputError(f"{where}: {unknown_name('pose', pose, tree.poses)}{hint}")
+            named = tree.poses[pose]
+        values = {name: named.joints.get(name, j.rest) for name, j in tree.joints.items()}
+        faults = []
+        for name, value in by_name(joints, f"{where}: joints", "{'knee': 0.5}").items():
+            if name not in tree.joints:
+                faults.append(unknown_name("joint", name, tree.joints))
+                continue
+            joint = tree.joints[name]
+            values[name], fault = checked_number(value, f"joint {name}")
+            if not fault and not joint.lower <= values[name] <= joint.upper:
+                fault = (
+                    f"joint {name}: got {values[name]:g} {joint.unit}, need a value within its "
+                    f"limits {joint.lower:g} and {joint.upper:g}."
+                )
+            faults += [fault] * bool(fault)
+        if faults:
+            raise InputError(f"{where}: " + " ".join(faults))
+        R = rotation_quaternion(named.base, f"{where}: pose {pose}")
+        roll, yaw = math.atan2(R[2, 1], R[2, 2]), math.atan2(R[1, 0], R[0, 0])
+        return values, np.array([roll, math.asin(max(-1.0, min(1.0, -R[2, 0]))), yaw])
+
+
+def robot(
+    path: str | Path,
+    *,
+    floating: bool | None = None,
+    armature: float | Mapping[str, float] | None = None,
+    srdf: str | Path | None = None,
+) -> Robot:
+    """Return the robot of a URDF or MJCF file.
+
+    Parameters
+    ----------
+    path : str or Path
+    floating : bool, optional
+        Whether the base moves freely. By default as the file says: MJCF by a free joint; a URDF
+        base floats unless its root link is called ``world`` or has no inertia.
+    armature : float or mapping of str to float, optional
+        Inertia of the rotors as the joints feel it, added to the diagonal of the mass matrix:
+        kg m², for a prismatic joint kg; of all joints, or by their names. By default that of MJCF;
+        URDF has none.
+    srdf : str or Path, optional
+        File with named poses of a URDF robot. By default that of the same name in the same folder
+        or in a folder ``srdf`` beside it, where there is one.
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        The file is not readable, not that of a robot, or has what is not an inertia.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> dog = ps.robot("examples/robots/quadruped.urdf")
+    >>> foot = dog.contact("LF_foot", joints={"LF_HFE": 0.7, "LF_KFE": -1.0})
+    >>> risk = foot.risk(mu=0.8)
+    >>> risk.W.shape, len(risk.gradient)
+    ((3, 3), 12)
+    """
+    tree = read_robot(path, floating=floating)
+    where = f"robot {tree.name}"
+    if armature is not None:
+        if not isinstance(armature, Mapping):
+            armature = number(armature, "armature", where=where, lower=0.0)
+        tree = tree.with_armature(armature, where)
+    return Robot(_with_poses(tree, Path(path), srdf), where)
+
+
+def _with_poses(tree: RobotTree, path: Path, srdf: str | Path | None) -> RobotTree:
+    from dataclasses import replace
+
+    candidates = [path.with_suffix(".srdf"), path.parent.parent / "srdf" / f"{path.stem}.srdf"]
+    if srdf is not None:
+        file = Path(srdf)
+    elif path.suffix == ".urdf":
+        file = next((f for f in candidates if f.is_file()), path)
+    else:
+        return tree
+    if file == path:
+        return tree
+    return replace(tree, poses=srdf_poses(file, tree, f"SRDF file {file}"))
+
+
+def _vector(values: Any, where: str) -> Array:
+    try:
+        vector = np.array(values, float)
+    except (TypeError, ValueError):
+        vector = np.array(math.nan)
+    if vector.shape != (3,) or not (np.abs(vector) < 1e100).all():
+        raise InputError(f"{where}: got {received(values)}, need three finite numbers.")
+    return vector

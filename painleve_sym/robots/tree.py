@@ -1,0 +1,336 @@
+"""A robot as a tree of rigid bodies: joints, inertias, frames, poses, and their checks."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.errors import InputError, unknown_name
+
+MAX_BODIES = 1000
+"""Bodies of a robot: its mass matrix has the square of their number."""
+ROUNDING = 1e-15
+"""Entries of rotations and inertias below this are the rounding of 0."""
+NO_INERTIA = 1e-15
+"""Moments of inertia below this are rounding; kg m²."""
+INERTIA_TOLERANCE = 1e-6
+"""Part of the largest principal moment by which an inertia may miss its inequalities."""
+
+
+class JointKind(StrEnum):
+    """Kind of motion that a joint allows."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another one: its value is ``factor`` times that one plus ``offset``."""
+
+    joint: str
+    factor: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint of one degree of freedom.
+
+    Attributes
+    ----------
+    name : str
+    kind : JointKind
+    axis : ndarray, shape (3,)
+        Unit vector in the frame of the joint.
+    lower, upper : float
+        Limits of its value in rad or m; infinite where there are none.
+    armature : float
+        Inertia of the rotor as the joint feels it, added to the diagonal of the mass matrix:
+        kg m², for a prismatic joint kg.
+    reference : float
+        Value at which the joint does not move its body.
+    mimic : Mimic or None
+    """
+
+    name: str
+    kind: JointKind
+    axis: Array
+    lower: float = -math.inf
+    upper: float = math.inf
+    armature: float = 0.0
+    reference: float = 0.0
+    mimic: Mimic | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of its value."""
+        return "rad" if self.kind is JointKind.REVOLUTE else "m"
+
+    @property
+    def rest(self) -> float:
+        """Value nearest to 0 within its limits."""
+        return min(max(0.0, self.lower), self.upper)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body with the joint that connects it to its parent.
+
+    Attributes
+    ----------
+    name : str
+    parent : int
+        Index of the body that carries it, -1 for the base.
+    rotation, position : ndarray, shapes (3, 3) and (3,)
+        Frame of the joint in the frame of the parent, m. The joint then moves the body.
+    joint : Joint or None
+        None for a body fixed to its parent.
+    mass : float
+        kg.
+    center : ndarray, shape (3,)
+        Centre of mass in the frame of the body, m.
+    inertia : ndarray, shape (3, 3)
+        About the centre of mass, in the axes of the body; kg m².
+    """
+
+    name: str
+    parent: int
+    rotation: Array
+    position: Array
+    joint: Joint | None = None
+    mass: float = 0.0
+    center: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame that a body carries: its place and orientation in that body's frame."""
+
+    body: int
+    rotation: Array
+    position: Array
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Values of joints by name, and the orientation of the base as a quaternion (w, x, y, z)."""
+
+    joints: Mapping[str, float]
+    base: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class RobotTree:
+    """Bodies of a robot, each after its parent, and its frames by name.
+
+    Attributes
+    ----------
+    name : str
+    bodies : tuple of Body
+        The first one is the base.
+    frames : mapping of str to Frame
+    floating : bool
+        Whether the base moves freely in space.
+    poses : mapping of str to Pose
+    gravity : ndarray, shape (3,)
+        m/s².
+    notices : tuple of str
+        Sentences on what the file says and the tree does not hold.
+    """
+
+    name: str
+    bodies: tuple[Body, ...]
+    frames: Mapping[str, Frame]
+    floating: bool
+    poses: Mapping[str, Pose] = field(default_factory=dict)
+    gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    notices: tuple[str, ...] = ()
+
+    @cached_property
+    def joints(self) -> dict[str, Joint]:
+        """The joints by name, without those that follow another one."""
+        joints = (body.joint for body in self.bodies)
+        return {j.name: j for j in joints if j is not None and j.mimic is None}
+
+    @cached_property
+    def definition(self) -> str:
+        """All that dynamics is derived from, as one text."""
+        bodies = [
+            [
+                *(b.parent, b.mass),
+                *(a.tolist() for a in (b.rotation, b.position, b.center, b.inertia)),
+                b.joint
+                and [
+                    *(b.joint.name, b.joint.kind.value, b.joint.axis.tolist()),
+                    *(b.joint.armature, b.joint.reference),
+                    b.joint.mimic and [b.joint.mimic.joint, b.joint.mimic.factor],
+                    b.joint.mimic and b.joint.mimic.offset,
+                ],
+            ]
+            for b in self.bodies
+        ]
+        return json.dumps([self.floating, self.gravity.tolist(), bodies])
+
+    @cached_property
+    def merged(self) -> RobotTree:
+        """The same robot with each body that is fixed to its parent as a part of it."""
+        # For each body: the one it is a part of, and its place there.
+        places: list[tuple[int, Array, Array]] = []
+        parts: list[list[tuple[Body, Array, Array]]] = []
+        kept: list[Body] = []
+        for body in self.bodies:
+            into, R, p = -1, np.eye(3), np.zeros(3)
+            if body.parent >= 0:
+                into, R, p = places[body.parent]
+            R, p = cleaned(R @ body.rotation), R @ body.position + p
+            if body.joint is not None or into < 0:
+                kept.append(replace(body, parent=into, rotation=R, position=p))
+                parts.append([])
+                into, R, p = len(kept) - 1, np.eye(3), np.zeros(3)
+            places.append((into, R, p))
+            parts[into].append((body, R, p))
+        bodies = (replace(b, **_joined(own)) for b, own in zip(kept, parts, strict=True))
+        frames = {}
+        for name, frame in self.frames.items():
+            into, R, p = places[frame.body]
+            frames[name] = Frame(into, cleaned(R @ frame.rotation), R @ frame.position + p)
+        return replace(self, bodies=tuple(bodies), frames=frames)
+
+    def massless(self, locked: Collection[str] = ()) -> str:
+        """Return a joint that moves no mass and has no rotor, or ``base``; empty where none is."""
+        carried = [body.mass for body in self.bodies]
+        for i in reversed(range(1, len(carried))):
+            carried[self.bodies[i].parent] += carried[i]
+        if self.floating and not carried[0] > 0:
+            return "base"
+        for body, mass in zip(self.bodies, carried, strict=True):
+            joint = body.joint
+            if joint and not (mass > 0 or joint.armature > 0 or joint.name in locked):
+                return joint.name
+        return ""
+
+    def frame(self, name: str, where: str) -> Frame:
+        """Return a frame by its name; InputError names the nearest one."""
+        if name not in self.frames:
+            raise InputError(f"{where}: {unknown_name('frame', name, self.frames)}")
+        return self.frames[name]
+
+    def with_armature(self, armature: Mapping[str, float] | float, where: str) -> RobotTree:
+        """Return the robot with other rotor inertias: of all its joints, or by their names."""
+        given = dict.fromkeys(self.joints, armature) if isinstance(armature, float) else armature
+        for name, value in given.items():
+            if name not in self.joints:
+                raise InputError(f"{where}: {unknown_name('joint', name, self.joints)}")
+            if not 0 <= value < math.inf:
+                raise InputError(
+                    f"{where}: armature of joint {name!r}: got {value:g}, need a finite number "
+                    ">= 0, in kg m^2."
+                )
+        bodies = (
+            replace(b, joint=replace(b.joint, armature=given.get(b.joint.name, b.joint.armature)))
+            if b.joint
+            else b
+            for b in self.bodies
+        )
+        return replace(self, bodies=tuple(bodies))
+
+
+def _joined(parts: Sequence[tuple[Body, Array, Array]]) -> dict[str, Any]:
+    """Return mass, centre and inertia of parts with their places in one frame."""
+    mass = sum(body.mass for body, _, _ in parts)
+    if mass == 0:
+        return {"inertia": sum((R @ b.inertia @ R.T for b, R, _ in parts), np.zeros((3, 3)))}
+    centers = [R @ body.center + p for body, R, p in parts]
+    center = sum(b.mass * c for (b, _, _), c in zip(parts, centers, strict=True)) / mass
+    inertia = np.zeros((3, 3))
+    for (body, R, _), c in zip(parts, centers, strict=True):
+        d = c - center
+        inertia += R @ body.inertia @ R.T + body.mass * (d @ d * np.eye(3) - np.outer(d, d))
+    return {"mass": mass, "center": center, "inertia": inertia}
+
+
+def rotation_rpy(roll: float, pitch: float, yaw: float) -> Array:
+    """Return the rotation about the fixed axes x, y, z in this order, as URDF has it."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    rows = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    return cleaned(np.array(rows))
+
+
+def rotation_axis(axis: Sequence[float] | Array, angle: float) -> Array:
+    """Return the rotation by an angle about a unit vector."""
+    x, y, z = axis
+    c, s = math.cos(angle), math.sin(angle)
+    across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return cleaned(c * np.eye(3) + s * across + (1 - c) * np.outer(axis, axis))
+
+
+def rotation_quaternion(quaternion: Sequence[float], where: str) -> Array:
+    """Return the rotation of a quaternion (w, x, y, z), which is scaled to unit length.
+
+    InputError where its length is 0.
+    """
+    q = np.array(quaternion, float)
+    length = float(np.linalg.norm(q))
+    if not length > 1e-10:
+        raise InputError(f"{where}: got the quaternion {q.tolist()}, need one of unit length.")
+    w, x, y, z = q / length
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return cleaned(np.array(rows))
+
+
+def cleaned(matrix: Array) -> Array:
+    """Return a matrix whose entries that are rounding are 0, 1 and -1 exactly."""
+    near = np.round(matrix)
+    return np.where(np.abs(matrix - near) <= ROUNDING, near, matrix) + 0.0
+
+
+def unit_vector(vector: Sequence[float] | Array, where: str) -> Array:
+    """Return a vector scaled to unit length; InputError where its length is 0."""
+    array = np.array(vector, float)
+    length = float(np.linalg.norm(array))
+    if not length > 1e-10:
+        raise InputError(f"{where}: got the vector {array.tolist()}, need one of positive length.")
+    return cleaned(array / length)
+
+
+def inertia_fault(mass: float, inertia: Array) -> str:
+    """Return a sentence where mass and inertia are those of no body; empty for those of one."""
+    if not mass >= 0:
+        return f"mass {mass:g} kg, need a number >= 0"
+    moments = np.linalg.eigvalsh(inertia)
+    tolerance = max(INERTIA_TOLERANCE * float(np.abs(moments).max()), NO_INERTIA)
+    if moments[0] < -tolerance:
+        listed = ", ".join(f"{m:.6g}" for m in moments)
+        return f"an inertia with the principal moments {listed} kg m^2, need numbers >= 0"
+    return ""
+
+
+def inertia_doubt(mass: float, inertia: Array) -> str:
+    """Return a sentence where mass and inertia serve, but are those of no body; empty else."""
+    if fault := inertia_fault(mass, inertia):
+        return fault
+    a, b, c = np.linalg.eigvalsh(inertia).tolist()
+    if mass == 0 and c > NO_INERTIA:
+        return "an inertia without mass"
+    if a + b >= c * (1 - INERTIA_TOLERANCE) - NO_INERTIA:
+        return ""
+    sums = f"{a:.6g} + {b:.6g} < {c:.6g} kg m^2"
+    return f"principal moments that miss the triangle inequality, {sums}"

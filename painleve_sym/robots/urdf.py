@@ -1,0 +1,246 @@
+"""Reader of URDF: links, joints and mimic joints as a tree; named poses of an SRDF file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.robots.tree import (
+    MAX_BODIES,
+    Body,
+    Frame,
+    Joint,
+    JointKind,
+    Mimic,
+    Pose,
+    RobotTree,
+    inertia_doubt,
+    inertia_fault,
+    rotation_rpy,
+    unit_vector,
+)
+from painleve_sym.robots.xml_text import label, name_of, number_list, one_number, read_elements
+
+_KINDS = {
+    "revolute": JointKind.REVOLUTE,
+    "continuous": JointKind.REVOLUTE,
+    "prismatic": JointKind.PRISMATIC,
+}
+_WORLD = "world"
+"""Name of a root link that does not move, by convention."""
+
+
+def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
+    """Return the robot of a URDF file.
+
+    Parameters
+    ----------
+    root : Element
+        The element ``robot``.
+    where : str
+        Begins messages.
+    floating : bool, optional
+        Whether the base moves freely. URDF does not say: by default it does, unless the root link
+        is called ``world`` or has no inertia.
+
+    Raises
+    ------
+    InputError
+        What is missing, not a tree, or not an inertia.
+    """
+    links = _by_name(root, "link", where)
+    joints = _by_name(root, "joint", where)
+    if not links:
+        raise InputError(f"{where}: the robot has no link.")
+    if len(links) > MAX_BODIES:
+        raise InputError(f"{where}: got {len(links)} links, need at most {MAX_BODIES}.")
+    children: dict[str, list[Element]] = {name: [] for name in links}
+    parent_of: dict[str, str] = {}
+    for joint in joints.values():
+        parent, child = (_linked(joint, end, links, where) for end in ("parent", "child"))
+        if child in parent_of:
+            raise InputError(
+                f"{where}: link {child!r} is the child of two joints, need a tree. "
+                "Fix: remove one of the joints; closed chains have no URDF."
+            )
+        parent_of[child] = parent
+        children[parent].append(joint)
+    roots = [name for name in links if name not in parent_of]
+    if len(roots) > 1:
+        raise InputError(
+            f"{where}: links {roots[0]!r} and {roots[1]!r} have no parent, need one tree."
+        )
+    order = list(_walk(roots[0], children)) if roots else []
+    if len(order) != len(links):
+        reached = {link for link, _ in order}
+        left = next(name for name in links if name not in reached)
+        raise InputError(f"{where}: the joints form a cycle through link {left!r}, need a tree.")
+    index = {link: i for i, (link, _) in enumerate(order)}
+    notices: list[str] = []
+    bodies = []
+    for link, above in order:
+        placed = (np.eye(3), np.zeros(3)) if above is None else _origin(above, where)
+        parent_index = -1 if above is None else index[parent_of[link]]
+        own = None if above is None else _joint(above, joints, where)
+        mass, center, inertia = _inertia(links[link], where, notices)
+        bodies.append(Body(link, parent_index, *placed, own, mass, center, inertia))
+    frames = {link: Frame(i, np.eye(3), np.zeros(3)) for link, i in index.items()}
+    if floating is None:
+        floating = roots[0] != _WORLD and any(b.mass > 0 for b in _fixed_to_base(bodies))
+    name = root.get("name", "") or "robot"
+    tree = RobotTree(name, tuple(bodies), frames, floating, notices=tuple(notices))
+    for body in tree.merged.bodies:
+        # A link may have an inertia of no body where that of all that is fixed to it is one.
+        if fault := inertia_fault(body.mass, body.inertia):
+            raise InputError(
+                f"{where}: link {body.name!r}, with all that is fixed to it, has {fault}."
+            )
+    return tree
+
+
+def _by_name(root: Element, tag: str, where: str) -> dict[str, Element]:
+    elements: dict[str, Element] = {}
+    for element in root.iterfind(tag):
+        name = name_of(element, where)
+        if name in elements:
+            raise InputError(f"{where}: got two elements {label(element)}. Fix: rename one.")
+        elements[name] = element
+    return elements
+
+
+def _linked(joint: Element, end: str, links: dict[str, Element], where: str) -> str:
+    element = joint.find(end)
+    if element is None:
+        raise InputError(f"{where}: {label(joint)} has no {end}.")
+    name = name_of(element, where, "link")
+    if name not in links:
+        raise InputError(f"{where}: {label(joint)}: {unknown_name('link', name, links)}")
+    return name
+
+
+def _walk(root: str, children: dict[str, list[Element]]) -> Iterator[tuple[str, Element | None]]:
+    """Yield links with their joints, each after its parent."""
+    waiting: list[tuple[str, Element | None]] = [(root, None)]
+    while waiting:
+        link, joint = waiting.pop()
+        yield link, joint
+        for element in reversed(children[link]):
+            child = element.find("child")
+            assert child is not None
+            waiting.append((child.get("link", "").strip(), element))
+
+
+def _fixed_to_base(bodies: list[Body]) -> Iterator[Body]:
+    fixed: set[int] = set()
+    for i, body in enumerate(bodies):
+        if body.parent < 0 or (body.joint is None and body.parent in fixed):
+            fixed.add(i)
+            yield body
+
+
+def _origin(element: Element, where: str) -> tuple[Array, Array]:
+    origin = element.find("origin")
+    if origin is None:
+        return np.eye(3), np.zeros(3)
+    rpy = number_list(origin, "rpy", where, (0.0, 0.0, 0.0), 3)
+    return rotation_rpy(*rpy), np.array(number_list(origin, "xyz", where, (0.0, 0.0, 0.0), 3))
+
+
+def _inertia(link: Element, where: str, notices: list[str]) -> tuple[float, Array, Array]:
+    inertial = link.find("inertial")
+    if inertial is None:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    rotation, center = _origin(inertial, where)
+    parts = [inertial.find(tag) for tag in ("mass", "inertia")]
+    if parts[0] is None or parts[1] is None:
+        raise InputError(f"{where}: {label(link)}: inertial needs mass and inertia.")
+    mass = one_number(parts[0], "value", where)
+    xx, xy, xz, yy, yz, zz = (
+        one_number(parts[1], key, where, 0.0 if key[1] != key[2] else None)
+        for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    )
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if not mass >= 0:
+        raise InputError(f"{where}: {label(link)} has {inertia_fault(mass, inertia)}.")
+    if doubt := inertia_doubt(mass, inertia):
+        notices.append(f"Link {link.get('name')!r} has {doubt}.")
+    return mass, center, rotation @ inertia @ rotation.T
+
+
+def _joint(element: Element, joints: dict[str, Element], where: str) -> Joint | None:
+    text = element.get("type", "")
+    if text == "fixed":
+        return None
+    if text not in _KINDS:
+        raise InputError(
+            f"{where}: {label(element)} is of type {text!r}, need revolute, continuous, prismatic "
+            "or fixed. Fix: write it as several joints of one degree of freedom."
+        )
+    axis = element.find("axis")
+    vector = [1.0, 0.0, 0.0] if axis is None else number_list(axis, "xyz", where, (1, 0, 0), 3)
+    limit = element.find("limit")
+    lower, upper = -math.inf, math.inf
+    if limit is not None and text != "continuous":
+        lower, upper = (one_number(limit, key, where, 0.0) for key in ("lower", "upper"))
+        if not lower <= upper:
+            raise InputError(
+                f"{where}: {label(element)}: lower limit {lower:g}, upper limit {upper:g}, need "
+                "lower <= upper."
+            )
+        if lower == upper == 0.0 and not {"lower", "upper"} & set(limit.keys()):
+            lower, upper = -math.inf, math.inf
+    return Joint(
+        name_of(element, where),
+        _KINDS[text],
+        unit_vector(vector, f"{where}: {label(element)}: axis"),
+        lower,
+        upper,
+        mimic=_mimic(element, joints, where),
+    )
+
+
+def _mimic(element: Element, joints: dict[str, Element], where: str) -> Mimic | None:
+    mimic = element.find("mimic")
+    if mimic is None:
+        return None
+    name = name_of(mimic, where, "joint")
+    if name not in joints:
+        raise InputError(f"{where}: {label(element)}: {unknown_name('joint', name, joints)}")
+    other = joints[name]
+    if other.find("mimic") is not None or other.get("type") not in _KINDS:
+        raise InputError(
+            f"{where}: {label(element)} mimics {name!r}, need a joint that moves and mimics none."
+        )
+    return Mimic(
+        name,
+        one_number(mimic, "multiplier", where, 1.0),
+        one_number(mimic, "offset", where, 0.0),
+    )
+
+
+def srdf_poses(path: Path, tree: RobotTree, where: str) -> dict[str, Pose]:
+    """Return the poses (``group_state``) of an SRDF file by name.
+
+    Joints that the robot lacks are left out. Seven values of a floating root joint are the place
+    and the orientation of the base, its quaternion with the scalar last.
+    """
+    poses = {}
+    for state in read_elements(path, where).iterfind("group_state"):
+        joints: dict[str, float] = {}
+        base = (1.0, 0.0, 0.0, 0.0)
+        for joint in state.iterfind("joint"):
+            name = name_of(joint, where)
+            values = number_list(joint, "value", where, None)
+            if name in tree.joints and len(values) == 1:
+                joints[name] = values[0]
+            elif tree.floating and len(values) == 7:
+                x, y, z, w = values[3:]
+                base = (w, x, y, z)
+        poses[name_of(state, where)] = Pose(joints, base)
+    return poses

@@ -1,0 +1,122 @@
+"""Elements and numbers of XML files, which are data of unknown origin.
+
+A document type, with which entities and external files would come, ends the reading at once, as do
+too many elements and elements nested too deeply. Nothing but the file itself is opened.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element
+
+from painleve_sym.checks import LARGEST
+from painleve_sym.errors import InputError, shortened
+from painleve_sym.files import read_text
+
+MAX_BYTES, MAX_ELEMENTS, MAX_DEPTH = 16_000_000, 100_000, 200
+"""Sizes of a file, a hundred times those of robots with every finger."""
+
+
+class _Guarded(ElementTree.TreeBuilder):
+    """Builds the elements, and stops at what a description of a robot has no use for."""
+
+    def __init__(self, where: str) -> None:
+        super().__init__()
+        self.where, self.elements, self.depth = where, 0, 0
+
+    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
+        """Stop: a document type declares entities, which can grow without limit or name files."""
+        raise InputError(
+            f"{self.where}: has a document type (<!DOCTYPE ...>), through which entities could "
+            "read other files or fill the memory. Fix: remove it; no robot needs one."
+        )
+
+    def start(self, tag: Any, attrs: Any) -> Element:
+        """Add an element, within the limits of number and depth."""
+        self.elements, self.depth = self.elements + 1, self.depth + 1
+        if self.elements > MAX_ELEMENTS or self.depth > MAX_DEPTH:
+            raise InputError(
+                f"{self.where}: got more than {MAX_ELEMENTS} elements, or elements more than "
+                f"{MAX_DEPTH} deep. Fix: give a file of one robot."
+            )
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> Element:
+        """Close an element."""
+        self.depth -= 1
+        return super().end(tag)
+
+
+def read_elements(path: str | Path, where: str) -> Element:
+    """Return the root element of an XML file.
+
+    Raises
+    ------
+    InputError
+        Not readable, not XML, too large, or with a document type. `where` begins the message.
+    """
+    text = read_text(path, where, MAX_BYTES, "URDF or MJCF file")
+    parser = ElementTree.XMLParser(target=_Guarded(where))
+    try:
+        parser.feed(text)
+        root = parser.close()
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{where}: not well-formed XML: {error}.") from error
+    assert isinstance(root, Element)
+    return root
+
+
+def label(element: Element) -> str:
+    """Return an element as messages call it: its tag, with its name where it has one."""
+    name = element.get("name")
+    return f"<{element.tag}>" if name is None else f"<{element.tag} name={shortened(name, 80)!r}>"
+
+
+def number_list(
+    element: Element, key: str, where: str, default: Sequence[float] | None, length: int = 0
+) -> list[float]:
+    """Return the numbers of an attribute; any count of them where the length is 0.
+
+    InputError where they are not finite numbers of this count, or are missing without a default.
+    """
+    text = element.get(key)
+    if text is None:
+        if default is None:
+            raise InputError(f"{where}: {label(element)} has no {key}.")
+        return list(default)
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = [math.nan]
+    wrong = not all(abs(v) <= LARGEST for v in values) or (length and len(values) != length)
+    if wrong:
+        need = f"{length} finite numbers" if length > 1 else "a finite number"
+        need = need if length else "finite numbers"
+        raise InputError(
+            f"{where}: {label(element)}: {key} = {shortened(text, 80)!r}, need {need}."
+        )
+    return values
+
+
+def one_number(element: Element, key: str, where: str, default: float | None = None) -> float:
+    """Return the number of an attribute; InputError where it is not one."""
+    return number_list(element, key, where, None if default is None else [default], 1)[0]
+
+
+def name_of(element: Element, where: str, key: str = "name") -> str:
+    """Return a name that must be there; InputError where it is missing or empty."""
+    name = element.get(key, "").strip()
+    if not name:
+        raise InputError(f"{where}: {label(element)} has no {key}.")
+    return name
+
+
+def with_defaults(element: Element, defaults: Mapping[str, str]) -> Element:
+    """Return an element whose missing attributes are those of the defaults."""
+    return Element(element.tag, {**defaults, **element.attrib})

@@ -1,0 +1,118 @@
+"""The command robot: its output, files and errors."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.cli_helpers import run, run_json
+
+ROOT = Path(__file__).parents[2]
+DOG = str(ROOT / "examples" / "robots" / "quadruped.urdf")
+ARM = str(ROOT / "tests" / "robots" / "files" / "two_link.urdf")
+FOOT = ("robot", DOG, "--contact", "LF_foot", "--pose", "standing", "--poses", "2")
+KEYS = ["W", "mu_P", "sector", "worst_direction", "least_over_normals", "gradient", "least"]
+KEYS += ["share_at_risk", "notices"]
+
+
+def test_json_has_the_numbers_of_the_contact(capsys):
+    data = run_json(capsys, *FOOT, "--mu", "2")
+    assert list(data) == KEYS
+    W = np.array(data["W"])
+    w = W[1:, 0]
+    assert data["mu_P"] == pytest.approx(W[0, 0] / np.linalg.norm(w))
+    assert data["sector"]["direction"] == pytest.approx(math.atan2(w[1], w[0]))
+    assert data["sector"]["half_angle"] == pytest.approx(math.acos(data["mu_P"] / 2))
+    np.testing.assert_allclose(data["worst_direction"], [*(w / np.linalg.norm(w)), 0])
+    low, _, high = np.linalg.eigvalsh(W)
+    assert data["least_over_normals"] == pytest.approx(2 * math.sqrt(low * high) / (high - low))
+    assert set(data["gradient"]) == set(data["least"]["joints"]) and len(data["gradient"]) == 12
+    assert data["least"]["mu_P"] < data["mu_P"] and 0 <= data["share_at_risk"] <= 1
+    assert "ideal torque control" in data["notices"][0]
+
+
+def test_without_friction_there_is_no_share(capsys):
+    data = run_json(capsys, *FOOT)
+    assert data["share_at_risk"] is None and data["sector"]["half_angle"] is None
+
+
+def test_options_reach_the_contact(capsys):
+    plain = run_json(capsys, *FOOT)["mu_P"]
+    changes = [
+        ("--joints", "LF_KFE=-1"),
+        ("--normal", "0.2,0,1"),
+        ("--point", "0,0.1,0"),
+        ("--radius", "5 cm"),
+        ("--armature", "0.1"),
+        ("--armature", "LF_KFE=0.1,LF_HFE=0.2"),
+        ("--locked", "LF_KFE,LF_HFE"),
+        ("--base", "fixed"),
+    ]
+    others = [run_json(capsys, *FOOT, *change)["mu_P"] for change in changes]
+    assert len({round(v, 9) for v in (plain, *others)}) == 1 + len(changes)
+    feet = ("robot", DOG, "--contact", "LF_foot,RH_foot", "--pose", "standing", "--poses", "2")
+    assert run_json(capsys, *feet)["mu_P"] == plain
+    assert run_json(capsys, *feet, "--others", "stuck")["mu_P"] != plain
+
+
+def test_figure_and_page_are_written(capsys, tmp_path):
+    code, out, err = run(
+        capsys,
+        *FOOT,
+        "--mu",
+        "1.4",
+        "--out",
+        f"{tmp_path}/risk.svg",
+        "--report",
+        f"{tmp_path}/p.html",
+    )
+    assert (code, err) == (0, "")
+    assert "share of poses at risk" in out and f"written: {tmp_path}/risk.svg" in out
+    assert (tmp_path / "risk.svg").read_text().startswith("<?xml")
+    page = (tmp_path / "p.html").read_text()
+    assert page.count("<svg") == 1 and "LF_KFE" in page
+    for caveat in ("ideal torque control", "taken as rigid", "The contact is one point"):
+        assert caveat in page and caveat in " ".join(out.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("--contact", "LF_fot"), "unknown frame 'LF_fot'. Did you mean 'LF_foot'?"),
+        (("--contact", "LF_foot,LF_foot"), "need different frames"),
+        (("--joints", "LF_KFE=9"), "joint LF_KFE: got 9 rad, need a value within its limits -2.4"),
+        (("--joints", "LF_KFEE=0"), "unknown joint 'LF_KFEE'. Did you mean 'LF_KFE'?"),
+        (("--pose", "sitting"), "unknown pose 'sitting'"),
+        (("--normal", "0,0,0"), "need a vector of positive length"),
+        (("--normal", "0,1"), "need three numbers"),
+        (("--mu", "-1"), "mu: got -1.0, need a finite number >= 0"),
+        (("--radius", "-1"), "radius: got -1.0"),
+        (("--locked", "knee"), "unknown joint 'knee'"),
+        (("--locked", "all", "--base", "fixed"), "nothing moves"),
+        (("--others", "held"), "unknown choice 'held'"),
+        (("--base", "flying"), "unknown base 'flying'"),
+        (("--armature", "-1"), "armature: got -1.0, need a finite number >= 0"),
+        (("--srdf", "absent.srdf"), "No such file"),
+        (("--report", "page.pdf"), "need one of .html"),
+    ],
+)
+def test_bad_input_is_one_sentence(capsys, arguments, expected):
+    code, out, err = run(capsys, *FOOT, *arguments)
+    assert code == 2 and out == ""
+    assert expected in err and "Traceback" not in err
+
+
+def test_contact_that_cannot_move_along_the_normal_is_an_error(capsys):
+    code, _, err = run(capsys, "robot", ARM, "--contact", "tip", "--normal", "0,1,0")
+    assert code == 2 and "cannot move along the normal" in err
+
+
+def test_file_is_named_in_errors(capsys, tmp_path):
+    (tmp_path / "r.urdf").write_text("<robot name='a'><link name='b'></robot>")
+    code, _, err = run(capsys, "robot", f"{tmp_path}/r.urdf", "--contact", "b")
+    assert code == 2 and "r.urdf: not well-formed XML" in err
+    assert json.dumps(str(tmp_path)).strip('"') in err
