@@ -20,7 +20,6 @@ STUDIES = "They run for minutes or take options; the figure of each was made by 
 PICTURES = {
     "bench_rod": "examples/studies/bench_rod/bench-rod.png",
     "corrected_jump": "docs/figures/corrected-jump.png",
-    "elastic_bar": "examples/studies/elastic_bar/elastic-bar.png",
     "fates": "examples/studies/singular_point/fates.png",
     "fit_noisy_impacts": "docs/figures/fit-force.png",
     "growth": "examples/studies/reverse_chatter/growth.png",
