@@ -38,6 +38,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         (),
         r"(?s)ladder +energetic +0 .*ladder +poisson +0 .*ladder +newton +[1-9]",
     ),
+    "paradox_in_space/paradox_in_space.py": (
+        ("--quick", "--out", "{}/new"),
+        ("new/paradox-in-space.json", "new/paradox-in-space.png", "new/paradox-in-space.svg"),
+        r"(?s)1\.40  ± 17\.7\d deg .*e-1\d.*contacts at rest: 1: \d+, 3: \d+\n",
+    ),
     "reverse_chatter/growth.py": (
         ("--points", "3", "--out", "{}/new"),
         ("new/growth.json", "new/growth.png", "new/growth.svg"),
