@@ -38,6 +38,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         (),
         r"(?s)ladder +energetic +0 .*ladder +poisson +0 .*ladder +newton +[1-9]",
     ),
+    "impact_in_space.py": (
+        ("60", "{}/hodographs"),
+        ("hodographs.png", "hodographs.svg"),
+        r"(?s)sticks +\d.*paradox: slides.*again: slips again.*twice: sticks",
+    ),
     "reverse_chatter/growth.py": (
         ("--points", "3", "--out", "{}/new"),
         ("new/growth.json", "new/growth.png", "new/growth.svg"),
