@@ -58,6 +58,7 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         ("new/rigid-rod.json", "new/thresholds.csv", "new/rigid-rod.png", "new/rigid-rod.svg"),
         r"nothing diverges below mu = 0\.3639",
     ),
+    "robots/robots.py": (("--quick", "--out", "{}/new"), (), r"ANYmal C|not installed"),
     "sensitive_impact.py": (("{}/rate",), ("rate.png", "rate.svg"), r"mu"),
     "sticking_feet.py": (
         ("{}/feet",),

@@ -12,6 +12,7 @@ from painleve_sym.cli.options import (
     FIGURES,
     figure_file,
     output_file,
+    output_folder,
     read_look,
     read_number,
     read_quantities,
@@ -31,6 +32,7 @@ def robot(arguments: argparse.Namespace) -> int:
     look = read_look(arguments)
     picture = figure_file("--out", arguments.out, look, FIGURES) if arguments.out else None
     page = output_file("--report", arguments.report, (".html",)) if arguments.report else None
+    code = output_folder("--export", arguments.export) if arguments.export else None
     one = _read(arguments)
     contact = one.contact(arguments.contact, **_place(arguments, one))
     report = risk_report(contact, one.tree, arguments.mu, arguments.poses)
@@ -40,12 +42,16 @@ def robot(arguments: argparse.Namespace) -> int:
         from painleve_sym.present.risk_page import risk_page
 
         risk_page(report).write(page)
+    if code is not None:
+        from painleve_sym.c_export.robot import export_risk
+
+        export_risk(contact, code)
     if arguments.json:
         print_json(report.to_dict() | {"notices": list(report.notices)})
         return 0
     _show(report)
     show_notices(report.notices)
-    for path in (picture, page):
+    for path in (picture, page, code):
         if path is not None:
             show(f"written: {path}")
     return 0

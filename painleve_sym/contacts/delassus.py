@@ -152,10 +152,14 @@ class LagrangianDynamics:
     @property
     def n_tangents(self) -> int:
         """Tangential directions of a contact."""
-        return 1
+        return 1 + self.outline.in_space
 
     def contact_function(self) -> ca.Function:
         """Return the function of all `ContactNumbers` but mu."""
+        if self.outline.in_space:
+            from painleve_sym.contacts.spatial_numbers import contact_function
+
+            return contact_function(self.mechanism, argument_symbols(self.mechanism))
         from painleve_sym.codegen.evaluate import expression_function
         from painleve_sym.mechanics.contact_set import ContactSet
 
@@ -179,6 +183,10 @@ class LagrangianDynamics:
 
     def motion_function(self) -> ca.Function:
         """Return the function of all `MotionNumbers`."""
+        if self.outline.in_space:
+            from painleve_sym.contacts.spatial_numbers import motion_function
+
+            return motion_function(self.mechanism, argument_symbols(self.mechanism))
         from painleve_sym.codegen.evaluate import expression_function
         from painleve_sym.mechanics.contact_set import ContactSet
 
@@ -342,7 +350,7 @@ def _entry_names(names: Sequence[str], shapes: Sequence[tuple[int, ...]]) -> lis
     ]
 
 
-def length_formula(mechanism: Mechanism, i: int = 0) -> Expr:
+def length_formula(mechanism: Mechanism, i: int = 0, mobility: Expr | None = None) -> Expr:
     """Return the length that the mechanism gives to compare others with; m.
 
     The geometric mean of the positive parameters in m. Without one √(W_nn Σ M_aa) over the angles
@@ -354,6 +362,8 @@ def length_formula(mechanism: Mechanism, i: int = 0) -> Expr:
     mechanism : Mechanism
     i : int
         Which of its contacts.
+    mobility : sympy.Expr, optional
+        W_nn of that contact, where it is not to be taken from its coefficients.
     """
     import sympy as sp
 
@@ -365,7 +375,9 @@ def length_formula(mechanism: Mechanism, i: int = 0) -> Expr:
     angles = [k for k, c in enumerate(system.coordinates) if c.unit == "rad"]
     if angles:
         inertia = sum(system.mass_matrix[k, k] for k in angles)
-        return sp.sqrt(inertia * mechanism.all_coefficients[i].W_nn)
+        if mobility is None:
+            mobility = mechanism.all_coefficients[i].W_nn
+        return sp.sqrt(inertia * mobility)
     lengths += [c.symbol for c in system.coordinates if c.unit == "m"]
     return sp.Max(*map(sp.Abs, (*lengths, mechanism.contacts[i].gap)))
 

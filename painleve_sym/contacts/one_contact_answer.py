@@ -142,18 +142,20 @@ class ContactAnswer:
             "sector": None if self.sector is None else vars(self.sector).copy(),
             "least_over_normals": self.least_over_normals,
             "case": self.case.value,
-            "solutions": [_solution_data(s) for s in self.solutions],
+            "solutions": [
+                solution_data(s) | {"isolated": s.isolated, "residual": s.residual}
+                for s in self.solutions
+            ],
         }
 
 
-def _solution_data(solution: SpatialSolution) -> dict[str, Any]:
+def solution_data(solution: SpatialSolution, i: int = 0) -> dict[str, Any]:
+    """Return one contact of a solution as plain data."""
     return {
-        "mode": solution.mode.value,
-        "direction": solution.direction,
-        "force": solution.force.tolist(),
-        "acceleration": solution.acceleration.tolist(),
-        "isolated": solution.isolated,
-        "residual": solution.residual,
+        "mode": solution.modes[i].value,
+        "direction": solution.directions[i],
+        "force": solution.forces[i].tolist(),
+        "acceleration": solution.accelerations[i].tolist(),
     }
 
 
@@ -230,7 +232,7 @@ def sector_of(W: FloatArray, mu: float) -> Sector | None:
     critical = critical_friction_of(W)
     if critical is None or not mu > critical:
         return None
-    w = W[0, 1:].tolist()
+    w = (W[0, 1:] + 0.0).tolist()  # no -0.0, whose angle would be -pi
     half = math.acos(critical / mu) if len(w) == 2 else 0.0
     return Sector(math.atan2((*w, 0.0)[1], w[0]), half)
 

@@ -166,6 +166,17 @@ class RobotDynamics:
         b = whole @ free + ca.vertcat(*drift)
         return _Formulas(x, whole, D, free, b, velocity, bodies, M, angles, rates)
 
+    def mass_function(self) -> ca.Function:
+        """Return the function of the mass matrix, row by row."""
+        f = self._formulas
+        return ca.Function("mass", [f.x], [ca.densify(ca.vec(f.M.T))])
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of what the velocities of the robot move: the base, six times, and joints."""
+        joints = (name for name in self.tree.joints if name not in self.locked)
+        return (*(BASE * self.tree.floating), *joints)
+
     def contact_function(self) -> ca.Function:
         """Return the function of all `ContactNumbers` but mu."""
         f, rows, n = self._formulas, self.rows, len(self.contacts)

@@ -44,6 +44,8 @@ POSES = 2000
 """Random poses by default."""
 _STARTS, _SHORT, _LONG = 12, 30, 300
 """Searches for the least, their iterations, and those of the best ones, which continue."""
+_SINGULAR_MASS = 1e-12
+"""Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
 _SINGULAR = 1e-9
 """Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
 
@@ -167,23 +169,34 @@ class RobotContact:
         numbers = self._delassus.at_each(values) if joints else self._delassus.at(self.values)
         return self._of_first(numbers.W)
 
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of all that W depends on, in the order of `mobility_of`."""
+        return self.dynamics.outline.argument_names
+
+    def mobility_of(self, x: ca.SX) -> ca.SX:
+        """Return W as CasADi formulas of a vector of all `arguments`."""
+        import casadi as ca
+
+        entries = self._delassus.contact_quantities
+        of = dict(zip(entries.names, ca.vertsplit(entries.function(x)), strict=True))
+        rows = range(self.dynamics.rows.size)
+        W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
+        first, rest = list(range(3)), list(range(3, self.dynamics.rows.size))
+        if not self.stuck:
+            return W[first, first]
+        return W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
+
     @cached_property
     def _ratio(self) -> Quantities:
         """|w|²/W_nn² = 1/μ_P², and its derivatives by the joints that are not locked."""
-        dynamics, names = self.dynamics, tuple(self.joints)
-        arguments = dynamics.outline.argument_names
+        dynamics, names, arguments = self.dynamics, tuple(self.joints), self.arguments
 
         def derive() -> tuple[list[str], ca.Function]:
             import casadi as ca
 
             x = ca.SX.sym("x", len(arguments))
-            entries = self._delassus.contact_quantities
-            of = dict(zip(entries.names, ca.vertsplit(entries.function(x)), strict=True))
-            rows = range(dynamics.rows.size)
-            W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
-            first, rest = list(range(3)), list(range(3, dynamics.rows.size))
-            if self.stuck:
-                W = W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
+            W = self.mobility_of(x)
             ratio = (W[1, 0] ** 2 + W[2, 0] ** 2) / W[0, 0] ** 2
             slopes = ca.gradient(ratio, x)[[arguments.index(name) for name in names]]
             whole = ca.densify(ca.vertcat(ratio, slopes))
@@ -208,11 +221,7 @@ class RobotContact:
         if mu is not None:
             mu = number(mu, "mu", where="robot", lower=0.0)
         W = self.mobility()
-        if not np.isfinite(W).all():
-            raise InputError(
-                "robot: the mass matrix is singular at this pose: a joint turns links without "
-                "inertia about its axis. Fix: give the moving links an inertia."
-            )
+        self._check_mass()
         if not W[0, 0] > _SINGULAR * np.trace(W):
             raise InputError(
                 f"robot: contact {self.dynamics.contacts[0].frame!r} cannot move along the normal "
@@ -233,6 +242,29 @@ class RobotContact:
             least_over_normals=float(least_over_normals(W)),
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
         )
+
+    def _check_mass(self) -> None:
+        """Raise where the mass matrix is singular, to whose rounding W then belongs."""
+        names, arguments = self.dynamics.velocities, self.dynamics.outline.argument_names
+        places = [f"M_{i}_{k}" for i in range(len(names)) for k in range(len(names))]
+        function = quantities(
+            "mass matrix",
+            self.dynamics.definition,
+            arguments,
+            lambda: (places, self.dynamics.mass_function()),
+            compiles=False,
+        )
+        M = np.array(function.of_vector([self.values[n] for n in arguments]))
+        M = M.reshape(len(names), len(names))
+        scale = 1 / np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
+        values, vectors = np.linalg.eigh(M * np.outer(scale, scale))
+        if values[0] < _SINGULAR_MASS:
+            name = names[int(np.argmax(np.abs(vectors[:, 0])))]
+            raise InputError(
+                f"robot: the mass matrix is singular at this pose: {name!r} turns links without "
+                "inertia about its axis. Fix: give them an inertia, give joints a rotor inertia "
+                "(armature), or lock the joint."
+            )
 
     def _ranges(self) -> dict[str, tuple[float, float]]:
         """Return the limits of the joints that are varied: a turn for those that have none."""
