@@ -362,11 +362,11 @@ def test_invariant_directions_are_all_roots():
     counts = set()
     for i, W in enumerate(every):
         mu = 10 ** (-1.5 + 2.5 * i / 300)
-        found = invariant_directions(W, mu)
-        counts.add(len(found))
+        directions = invariant_directions(W, mu)
+        counts.add(len(directions))
         expected = _of_the_quartic(W, mu)
-        assert np.sort([d.angle % (2 * np.pi) for d in found]) == pytest.approx(expected, abs=1e-7)
-        for d in found:
+        assert np.sort([d.angle % (2 * np.pi) for d in directions]) == pytest.approx(expected, abs=1e-7)
+        for d in directions:
             _, k, h = _rates(W, mu, d.angle)
             size = np.linalg.norm(W[1:, 0]) + mu * np.trace(W[1:, 1:])
             assert abs(h) <= 2e-15 * size  # the rounding of the angle
@@ -375,10 +375,10 @@ def test_invariant_directions_are_all_roots():
             slope = (_rates(W, mu, d.angle + step)[2] - _rates(W, mu, d.angle - step)[2]) / 2 / step
             assert d.turning == pytest.approx(slope, abs=1e-8 * size)
         # Slip can grow in one direction, the attracting first one, or in none: it then sticks.
-        grows = [d.growth > 0 for d in found]
+        grows = [d.growth > 0 for d in directions]
         sticks = np.linalg.norm(np.linalg.solve(W[1:, 1:], W[1:, 0])) <= mu
-        assert grows == [not sticks] + [False] * (len(found) - 1)
-        assert found[0].turning < 0 and min(d.turning for d in found[1:2]) >= -1e-12
+        assert grows == [not sticks] + [False] * (len(directions) - 1)
+        assert directions[0].turning < 0 and min(d.turning for d in directions[1:2]) >= -1e-12
     assert counts == {2, 4}
 
 
