@@ -365,7 +365,9 @@ def test_invariant_directions_are_all_roots():
         directions = invariant_directions(W, mu)
         counts.add(len(directions))
         expected = _of_the_quartic(W, mu)
-        assert np.sort([d.angle % (2 * np.pi) for d in directions]) == pytest.approx(expected, abs=1e-7)
+        assert np.sort([d.angle % (2 * np.pi) for d in directions]) == pytest.approx(
+            expected, abs=1e-7
+        )
         for d in directions:
             _, k, h = _rates(W, mu, d.angle)
             size = np.linalg.norm(W[1:, 0]) + mu * np.trace(W[1:, 1:])
