@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 
@@ -241,13 +241,33 @@ def contact_problem(
     return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, bilateral)
 
 
+Spatial = Literal["rod-3d", "top", "brick", "slider-3d", "two-link-arm-3d"]
+"""Named mechanisms whose classification a type checker knows to be one in space."""
+
+
+@overload
+def classify(  # type: ignore[overload-overlap]
+    mechanism: Spatial,
+    state: Mapping[str, Value] | None = None,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    close: str | None = None,
+) -> SpatialClassification: ...
+@overload
 def classify(
     mechanism: MechanismLike,
     state: Mapping[str, Value] | None = None,
     *,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
-) -> Classification | SpatialClassification:
+) -> Classification: ...
+def classify(
+    mechanism: MechanismLike,
+    state: Mapping[str, Value] | None = None,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    close: str | None = None,
+) -> Any:
     """Return the rigid contact problem of the closed contacts at a state, with every solution.
 
     Parameters

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from painleve_sym.codegen.evaluate import expression_function
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.closed_within import closed_within, length_formula
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -21,8 +22,6 @@ def contact_function(mechanism: Mechanism, symbols: tuple[Any, ...]) -> ca.Funct
     """Return the function of all `ContactNumbers` but mu."""
     import casadi as ca
     import sympy as sp
-
-    from painleve_sym.contacts.delassus import closed_within, length_formula
 
     contacts, n = mechanism.contacts, len(mechanism.contacts)
     at = ContactRows(n, 2)

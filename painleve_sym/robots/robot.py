@@ -15,16 +15,16 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, checked_number, names_of, number, whole_number
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.files import finite
-from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
-from painleve_sym.robots.risk import (
+from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
     least_over_normals,
     sector_half_angle,
     slip_direction,
 )
+from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.files import finite
+from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_file import read_robot
 from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion
 from painleve_sym.robots.urdf import srdf_poses
