@@ -221,6 +221,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "jump": (
         f"jump rod --state {TABLE_3} --law bilinear-hertz",
         "jump painleve-klein",
+        "jump rod-3d --state theta=1,x_A_dot=-1,y_A_dot=0.1",
     ),
     "simulate": (
         f"simulate rod --state {TABLE_3} --law bilinear-hertz --t-end 1e-3 --samples 3",

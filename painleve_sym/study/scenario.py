@@ -284,7 +284,6 @@ class Scenario:
         """Return the velocity jump at the state, which must be on the surface."""
         mechanism, rule = self.mechanism(), restitution_law(self.restitution)
         mechanism.require_one_contact()
-        mechanism.require_planar()
         if mechanism.outline.contacts[0].bilateral:
             if self.e is not None:
                 raise InputError(
