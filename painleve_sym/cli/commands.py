@@ -557,6 +557,13 @@ command(
     text("--pose", "NAME", "named pose: keyframe of MJCF, group state of SRDF"),
     text("--srdf", "FILE", "file with poses; by default that of the same name beside FILE"),
     text("--mu", "MU", "friction coefficient", read_number),
+    several(
+        "--velocities",
+        "NAME=VALUE,...",
+        "of joints and base, others 0: with them or torques, every solution",
+    ),
+    several("--torques", "NAME=VALUE,...", "of joints, N m or N, others 0"),
+    text("--trajectory", "FILE", "CSV of a motion: t, joints, NAME_dot, torque_NAME"),
     text("--base", "KIND", "fixed or floating; by default as the file says"),
     text("--armature", "VALUE", "rotor inertia at the joints, kg m^2; or NAME=VALUE,..."),
     text("--locked", "NAME,...", "joints that hold their value, or all", read_names),
