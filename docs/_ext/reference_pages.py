@@ -27,7 +27,7 @@ from painleve_sym.cli.grammar import Parser, parsers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import MODELS, SPATIAL_MODELS
 from painleve_sym.quantities import QUANTITIES, quantity
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -117,7 +117,7 @@ def named_choices() -> str:
 
 def mechanisms() -> str:
     """Return one section per named mechanism: sketch, coordinates, parameters, start, source."""
-    return "\n".join(_mechanism(model_data(model(name))) for name in MODELS)
+    return "\n".join(_mechanism(model_data(model(name))) for name in (*MODELS, *SPATIAL_MODELS))
 
 
 def _mechanism(data: Mapping[str, Any]) -> str:

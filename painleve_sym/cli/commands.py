@@ -15,7 +15,7 @@ from painleve_sym.cli.options import (
     read_number,
     read_positive,
     read_range,
-    read_sign,
+    read_slip,
 )
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, DERIVE_FORMATS
 
@@ -365,7 +365,7 @@ command(
         read_count,
         default=400,
     ),
-    text("--slip", "SIGN", "sign of the slip velocity, -1 (default) or 1", read_sign, default=-1),
+    text("--slip", "SLIP", "sign of v_t, -1 (default) or 1; in space the angle of slip", read_slip),
     *map_files("it"),
     details="--json prints what the map holds without its grids; --out FILE.json has them too.",
 )

@@ -325,7 +325,7 @@ class SpatialProblem:
                 way = e or self.friction[len(named)].direction(a[tangents].tolist())
                 word = ContactMode.SLIP if way else ContactMode.STICK
             named.append(word)
-            angle = math.atan2((*way, 0.0)[1], way[0]) if word is ContactMode.SLIP else None
+            angle = math.atan2((*way, 0.0)[1] + 0.0, way[0]) if word is ContactMode.SLIP else None
             angles.append(angle)
             part = forces[list(own)] + 0.0  # no -0.0
             part.setflags(write=False)

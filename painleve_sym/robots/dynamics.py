@@ -13,7 +13,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.derivation_cache import code_mark
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.delassus import CONTACT_TOLERANCE
+from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
 from painleve_sym.robots.rigid_body import RigidBodies

@@ -15,17 +15,18 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, checked_number, names_of, number, whole_number
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.contacts.one_contact_answer import ContactAnswer, least_over_normals
+from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.contacts.one_contact_answer import contact as contact_answer
-from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.files import finite
-from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
-from painleve_sym.robots.risk import (
+from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
+    least_over_normals,
     sector_half_angle,
     slip_direction,
 )
+from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.files import finite
+from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_file import read_robot
 from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion
 from painleve_sym.robots.urdf import srdf_poses
@@ -282,7 +283,6 @@ class RobotContact:
         mu_P, direction = float(friction_threshold(W)), slip_direction(W)
         ratio, *slopes = self._ratio.of_vector([self.values[n] for n in self._ratio.arguments])
         factor = -0.5 * ratio**-1.5 if ratio > 0 else math.nan
-        least = least_over_normals(W)
         _, t1, t2 = self.axes
         return ContactRisk(
             W=W,
@@ -291,7 +291,7 @@ class RobotContact:
             direction=direction,
             half_angle=None if mu is None else sector_half_angle(mu_P, mu),
             worst_direction=math.cos(direction) * t1 + math.sin(direction) * t2,
-            least_over_normals=math.inf if least is None else least,
+            least_over_normals=float(least_over_normals(W)),
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
         )
 

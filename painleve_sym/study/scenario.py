@@ -14,6 +14,7 @@ from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify_at
+from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
@@ -248,7 +249,7 @@ class Scenario:
         own = (of_friction,) if of_friction else ()
         return (*own, *self.mechanism().outline.truncation_notices)
 
-    def classify(self) -> Classification:
+    def classify(self) -> Classification | SpatialClassification:
         """Return the rigid contact problem at the state, with every solution."""
         return classify_at(self.place)
 
@@ -282,6 +283,7 @@ class Scenario:
         """Return the velocity jump at the state, which must be on the surface."""
         mechanism, rule = self.mechanism(), restitution_law(self.restitution)
         mechanism.require_one_contact()
+        mechanism.require_planar()
         if mechanism.outline.contacts[0].bilateral:
             if self.e is not None:
                 raise InputError(

@@ -370,6 +370,14 @@ def test_any_operation_of_a_resting_state_is_a_parameter():
     assert run.state[0] == pytest.approx(6.0, rel=1e-15)
 
 
+@pytest.mark.parametrize(("base", "rate"), [(4.0, 8.0), (-4.0, 0.0)])
+def test_power_of_a_gap_that_rests_is_a_parameter(base, rate):
+    mode = Mode("rest", {X: X * ramp(V) ** sp.Rational(3, 2), V: sp.Integer(0)}, (), {"x": X})
+    engine = TaylorEngine(automaton((X, V), (mode,)))
+    run = engine.run(np.array([1.0, base]), np.empty(0), options(0.5, 2))
+    assert run.state[0] == pytest.approx(math.exp(0.5 * rate), rel=1e-12)
+
+
 # ---- the tape ----
 
 

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 import painleve_sym as ps
 from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.one_contact_answer import least_over_normals
-from painleve_sym.robots.risk import (
+from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
+    least_over_normals,
     sector_half_angle,
     slip_direction,
 )
@@ -49,7 +49,7 @@ def test_sector_is_where_the_normal_acceleration_falls_with_the_force(entries, m
 def test_least_over_normals_bounds_every_normal_and_is_attained(entries, direction):
     A = np.array(entries).reshape(3, 3)
     W = A @ A.T + 1e-3 * np.eye(3)
-    bound = least_over_normals(W) or math.inf
+    bound = float(least_over_normals(W))
 
     def threshold(n):
         along = n @ W @ n

@@ -78,6 +78,9 @@ def test_continuation_in_the_approach_ends_where_every_force_impacts(finder):
 def test_continuation_refuses_what_it_cannot_start(finder):
     with pytest.raises(InputError, match="unknown quantity 'theta_ddot'"):
         critical_curve(finder, TABLE_4, "theta_ddot", [1.0])
+    for repeated in ([2e19, 2e19, 2e19], [1e19, 2e19, 1e19]):
+        with pytest.raises(InputError, match=r"values of E: got .*, need numbers that increase"):
+            critical_curve(finder, TABLE_4, "E", repeated, parameters={"e_energetic": 1e-3})
     with pytest.raises(InputError, match="indeterminate"):
         critical_curve(finder, TABLE_4, "theta", [0.5, 1.0])
 

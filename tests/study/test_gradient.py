@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.gradient import critical_force_gradient
@@ -39,3 +39,13 @@ def test_an_unknown_method_is_named(finder):
         critical_force_gradient(finder, TABLE_4, ["mu"], parameters=HARD, method="saltation")
     with pytest.raises(InputError, match="unknown quantity 'thta'"):
         critical_force_gradient(finder, TABLE_4, ["thta"], parameters=HARD)
+
+
+def test_an_event_that_is_met_tangentially_is_named(finder):
+    """At this stiffness the motion turns where it is next to the sliding solution."""
+    soft = {"e_energetic": 1e-3, "E": 2e19}
+    with (
+        pytest.warns(PainleveWarning, match="'max_compression'.* is met tangentially"),
+        pytest.raises(InputError, match="ends in max_compression without a derivative, need sep"),
+    ):
+        critical_force_gradient(finder, TABLE_4, ["mu"], parameters=soft, method="sensitivities")

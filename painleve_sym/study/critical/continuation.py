@@ -94,9 +94,15 @@ def critical_curve(
     Raises
     ------
     InputError
-        Unknown names, or no critical force at the first value. Where it ends later the points
-        so far are kept and `stopped` says why.
+        Unknown names, repeated values, or no critical force at the first value. Where it ends later
+        the points so far are kept and `stopped` says why.
     """
+    steps = np.diff(np.array(values, dtype=float))
+    if not (np.all(steps > 0) or np.all(steps < 0)):
+        raise InputError(
+            f"{finder.where}: values of {over}: got {list(map(float, values))}, need numbers that "
+            "increase or decrease. Fix: leave out what is repeated."
+        )
     held = Setting(finder, state, parameters or {})
     points: list[CriticalForce] = []
     stopped = ""

@@ -133,11 +133,14 @@ def _implicit(
         for e in sensitivities.trajectory.events
         if e.time == sensitivities.trajectory.final_time
     ]
-    if end not in kinds or "slip_stop" in kinds or sensitivities.singular is not None:
+    singular = sensitivities.singular
+    if end not in kinds or "slip_stop" in kinds or singular is not None:
         ending = ", ".join(kinds) or sensitivities.trajectory.stop_reason.label
+        if singular is not None:
+            ending = f"{singular.event.kind} without a derivative"
         raise InputError(
             f"{finder.where}: just below {centre.value:g} N the motion ends in {ending}, "
-            f"need {end}. "
+            f"need {end} with one. "
             "Fix: use method='differences'."
         )
     names_of_states = sensitivities.trajectory.state_names

@@ -1,8 +1,8 @@
-"""The friction from which a mobility W in space has directions of slip without a unique answer.
+"""The friction from which a mobility W has directions of slip without a unique answer.
 
-With the contact basis (n, t1, t2), slip along e(φ) and friction −μ F e(φ), the normal acceleration
-is A(φ) F + b_n with A(φ) = W_nn − μ w·e(φ) and w = (W_t1n, W_t2n). So A < 0 for some φ exactly
-where μ > μ_P = W_nn/|w|.
+With the contact basis (n, t1, t2), or (n, t) in the plane, slip along e(φ) and friction −μ F e(φ),
+the normal acceleration is A(φ) F + b_n with A(φ) = W_nn − μ w·e(φ) and w = (W_t1n, W_t2n). So
+A < 0 for some φ exactly where μ > μ_P = W_nn/|w|.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ def friction_threshold(W: Array) -> Array:
 
     Parameters
     ----------
-    W : ndarray, shape (3, 3, ...)
-        Mobility with the rows n, t1, t2; 1/kg. Further axes are those of an array of states.
+    W : ndarray, shape (3, 3, ...) or (2, 2, ...)
+        Mobility with the rows n, t1, t2, or n, t; 1/kg. Further axes are those of an array of
+        states.
 
     Returns
     -------
@@ -28,7 +29,7 @@ def friction_threshold(W: Array) -> Array:
         Of the shape of the further axes.
     """
     with np.errstate(divide="ignore"):
-        return np.asarray(W[0, 0] / np.hypot(W[1, 0], W[2, 0]))
+        return np.asarray(W[0, 0] / np.linalg.norm(W[1:, 0], axis=0))
 
 
 def slip_direction(W: Array) -> float:
@@ -36,15 +37,41 @@ def slip_direction(W: Array) -> float:
 
     Parameters
     ----------
-    W : ndarray, shape (3, 3)
-        Mobility with the rows n, t1, t2; 1/kg.
+    W : ndarray, shape (3, 3) or (2, 2)
+        Mobility with the rows n, t1, t2, or n, t; 1/kg.
     """
-    return math.atan2(W[2, 0], W[1, 0])
+    first, second = (*W[1:, 0].tolist(), 0.0)[:2]
+    return math.atan2(second, first)
 
 
 def sector_half_angle(mu_P: float, mu: float) -> float:
     """Return half the angle of the sector of slip directions with A < 0; rad, 0 for μ ≤ μ_P."""
     return math.acos(mu_P / mu) if mu > mu_P else 0.0
+
+
+def least_over_normals(W: Array) -> Array:
+    """Return the least μ_P of all surface normals: 2 √(λ_1 λ_3)/(λ_3 − λ_1).
+
+    λ_1 and λ_3 are the least and the largest eigenvalue of W. Infinite where they are equal.
+
+    Parameters
+    ----------
+    W : ndarray, shape (3, 3, ...) or (2, 2, ...)
+        Mobility; 1/kg.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of the further axes.
+
+    References
+    ----------
+    Wielandt's and Kantorovich's inequality; the angle is Gustafson's of an operator.
+    """
+    values = np.linalg.eigvalsh(np.moveaxis(W, (0, 1), (-2, -1)))
+    low, high = np.maximum(values[..., 0], 0.0), values[..., -1]
+    with np.errstate(divide="ignore"):
+        return np.asarray(2 * np.sqrt(low) * np.sqrt(high) / (high - low))
 
 
 def held(W: Array, b: Array) -> tuple[Array, Array]:
