@@ -241,6 +241,9 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
               "--poses 50",
               "robot examples/robots/desk_arm.xml --contact finger --mu 1 --poses 9 "
               "--torques yaw=1 --trajectory examples/robots/motion.csv"),
+    "certify": ("certify rod --over theta=0.2:1.4 --set mu=1.3 --out {folder}/rod.json",
+                "certify rod --over theta=0.2:1.4 --set mu=1.4",
+                "certify rod --over theta=0.2:1.4 --set mu=1.3 --check {folder}/rod.json"),
     "export": ("export rod --law bilinear-hertz --out {folder}/c",),
     "automaton": ("automaton rod --law hertz",),
     "cache": ("cache",),

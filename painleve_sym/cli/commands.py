@@ -583,6 +583,35 @@ command(
 )
 
 command(
+    "certify",
+    "certify",
+    "prove that a contact has no paradox on a box of states and parameters",
+    MODEL,
+    Option(
+        "--over",
+        {
+            "metavar": "NAME=FROM:TO,...",
+            "help": "the box, such as theta=0.2:1.4,mu=1:1.3",
+            "action": "append",
+            "required": True,
+        },
+    ),
+    several("--state", "NAME=VALUE,...", "states that are held; by default the model's start"),
+    SET,
+    CONTACT,
+    text("--out", "FILE", "write the certificate, .json"),
+    text("--check", "FILE", "verify this certificate instead of making one"),
+    JSON,
+    details=(
+        "A proof, not a sample: ball arithmetic on pieces of the box. It needs python-flint:\n"
+        "pip install 'painleve-sym[certify]'. --check does not: another arithmetic verifies it.\n\n"
+        "  painleve certify rod --over theta=0.2:1.4 --set mu=1.3 --out rod.json\n"
+        "  painleve certify rod --over theta=0.2:1.4 --set mu=1.3 --check rod.json\n\n"
+        "exit codes: 0 for proved or verified; 1 for refuted, undecided or rejected."
+    ),
+)
+
+command(
     "automaton",
     "describe",
     "show the modes and events of a mechanism with a contact law",
