@@ -24,6 +24,7 @@ PICTURES = {
     "fit_noisy_impacts": "docs/figures/fit-force.png",
     "growth": "examples/studies/reverse_chatter/growth.png",
     "impact_energy": "docs/figures/impact-energy.png",
+    "impact_in_space": "docs/figures/impact-in-space.png",
     "landing": "examples/studies/rigid_rod/landing.png",
     "paradox_in_space": "examples/studies/paradox_in_space/paradox-in-space.png",
     "rigid_rod": "examples/studies/rigid_rod/rigid-rod.png",

@@ -221,6 +221,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "jump": (
         f"jump rod --state {TABLE_3} --law bilinear-hertz",
         "jump painleve-klein",
+        "jump rod-3d --state theta=1,x_A_dot=-1,y_A_dot=0.1",
     ),
     "simulate": (
         f"simulate rod --state {TABLE_3} --law bilinear-hertz --t-end 1e-3 --samples 3",
@@ -242,7 +243,12 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "fit": ("fit examples/studies/fit/force.csv rod --state theta=1,theta_dot=1,x_A_dot=-1,"
             "y_A_dot=-0.02 --law bilinear-hertz --estimate mu",),
     "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 0.8 "
-              "--poses 50",),
+              "--poses 50",
+              "robot examples/robots/desk_arm.xml --contact finger --mu 1 --poses 9 "
+              "--torques yaw=1 --trajectory examples/robots/motion.csv"),
+    "certify": ("certify rod --over theta=0.2:1.4 --set mu=1.3 --out {folder}/rod.json",
+                "certify rod --over theta=0.2:1.4 --set mu=1.4",
+                "certify rod --over theta=0.2:1.4 --set mu=1.3 --check {folder}/rod.json"),
     "export": ("export rod --law bilinear-hertz --out {folder}/c",),
     "automaton": ("automaton rod --law hertz",),
     "cache": ("cache",),

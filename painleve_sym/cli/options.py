@@ -135,11 +135,11 @@ def read_slip(where: str, text: str) -> int | float:
         return int(text)
     try:
         return read_number(where, text, "rad")
-    except InputError as error:
+    except InputError:
         raise InputError(
-            f"{where}: got {text!r}, need -1 or 1, the sign of the slip velocity; in space its "
-            "angle, such as 3.1 or 180deg."
-        ) from error
+            f"{where}: got {text!r}, need -1 or 1, the sign of v_t, or in space an angle, such as "
+            "0.5 or 30deg."
+        ) from None
 
 
 def read_range(
