@@ -68,6 +68,11 @@ SCRIPTS = (
         "--draw --out {}",
         (*_beside("rigid_rod", "landing"), *_beside("rigid_rod", "landing-maps")),
     ),
+    Script(
+        "paradox_in_space/paradox_in_space.py",
+        "--draw --out {}",
+        _beside("paradox_in_space", "paradox-in-space"),
+    ),
     Script("singular_point/fates.py", "--draw --out {}", _beside("singular_point", "fates")),
     Script("reverse_chatter/growth.py", "--draw --out {}", _beside("reverse_chatter", "growth")),
     Script(

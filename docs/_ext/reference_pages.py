@@ -215,6 +215,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
         "classify cart-pendulum --state phi=2.9 --set F=-10",
         "classify painleve-klein",
         "classify block-two-feet",
+        "classify rod-3d --state theta=1,theta_dot=5,x_A_dot=-1",
         "classify {folder}/stribeck.toml",
     ),
     "jump": (
@@ -232,14 +233,22 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     ),
     "animate": ("animate rod --law rigid --t-end 0.01 --duration 1 --out {folder}/rod.gif",),
     "explore": ("explore rod --out {folder}/rod.html",),
-    "map": ("map rod --over theta,theta_dot --points 9 --out {folder}/map.json",),
+    "map": (
+        "map rod --over theta,theta_dot --points 9 --out {folder}/map.json",
+        "map rod-3d --over theta,theta_dot --points 9 --out {folder}/map-3d.json",
+    ),
     "critical": (f"critical rod --state {TABLE_4} --gradient mu",),
     "sweep": ("sweep {folder}/sweep.toml --out {folder}/sweep.npz",),
     "contrast": (f"contrast rod --state {TABLE_3}",),
     "fit": ("fit examples/studies/fit/force.csv rod --state theta=1,theta_dot=1,x_A_dot=-1,"
             "y_A_dot=-0.02 --law bilinear-hertz --estimate mu",),
     "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 0.8 "
-              "--poses 50",),
+              "--poses 50",
+              "robot examples/robots/desk_arm.xml --contact finger --mu 1 --poses 9 "
+              "--torques yaw=1 --trajectory examples/robots/motion.csv"),
+    "certify": ("certify rod --over theta=0.2:1.4 --set mu=1.3 --out {folder}/rod.json",
+                "certify rod --over theta=0.2:1.4 --set mu=1.4",
+                "certify rod --over theta=0.2:1.4 --set mu=1.3 --check {folder}/rod.json"),
     "export": ("export rod --law bilinear-hertz --out {folder}/c",),
     "automaton": ("automaton rod --law hertz",),
     "cache": ("cache",),

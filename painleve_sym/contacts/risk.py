@@ -41,7 +41,7 @@ def slip_direction(W: Array) -> float:
         Mobility with the rows n, t1, t2, or n, t; 1/kg.
     """
     first, second = (*W[1:, 0].tolist(), 0.0)[:2]
-    return math.atan2(second, first)
+    return math.atan2(second + 0.0, first)  # no -0.0, whose angle would be -pi
 
 
 def sector_half_angle(mu_P: float, mu: float) -> float:
@@ -74,40 +74,24 @@ def least_over_normals(W: Array) -> Array:
         return np.asarray(2 * np.sqrt(low) * np.sqrt(high) / (high - low))
 
 
-def worst_normal(W: Array) -> Array:
-    """Return a normal for which μ_P is that of `least_over_normals`.
+def held(W: Array, b: Array) -> tuple[Array, Array]:
+    """Return mobility and free accelerations of the first contact where the others stick.
+
+    The accelerations of the others are held at 0: Schur complements. Directions in which they
+    cannot move hold nothing.
 
     Parameters
     ----------
-    W : ndarray, shape (3, 3)
-        Mobility; 1/kg.
+    W : ndarray, shape (3 n, 3 n, ...)
+    b : ndarray, shape (3 n, ...)
 
     Returns
     -------
-    ndarray, shape (3,)
-        Unit vector in the basis of W.
+    tuple of ndarray, shapes (3, 3, ...) and (3, ...)
     """
-    values, vectors = np.linalg.eigh(W)
-    low, high = max(float(values[0]), 0.0), float(values[2])
-    # At the least the angle between n and W n is the largest: n weighs both with the other's root.
-    first, last = math.sqrt(high / (low + high)), math.sqrt(low / (low + high))
-    return np.asarray(first * vectors[:, 0] + last * vectors[:, 2])
-
-
-def held(W: Array, rows: list[int], others: list[int]) -> Array:
-    """Return the mobility of some rows where the accelerations of the others are held at 0.
-
-    It is the Schur complement; directions in which the others cannot move hold nothing.
-
-    Parameters
-    ----------
-    W : ndarray, shape (m, m, ...)
-    rows, others : list of int
-    """
-    whole = np.moveaxis(W, (0, 1), (-2, -1))
-    own, cross = whole[..., rows, :][..., rows], whole[..., rows, :][..., others]
-    inner = whole[..., others, :][..., others]
-    left = own - cross @ np.linalg.pinv(inner, rcond=1e-10, hermitian=True) @ np.swapaxes(
-        cross, -1, -2
-    )
-    return np.moveaxis(left, (-2, -1), (0, 1))
+    whole, free = np.moveaxis(W, (0, 1), (-2, -1)), np.moveaxis(b, 0, -1)[..., None]
+    cross, inner = whole[..., :3, 3:], whole[..., 3:, 3:]
+    gain = cross @ np.linalg.pinv(inner, rcond=1e-10, hermitian=True)
+    own = whole[..., :3, :3] - gain @ np.swapaxes(cross, -1, -2)
+    rest = (free[..., :3, :] - gain @ free[..., 3:, :])[..., 0]
+    return np.moveaxis(own, (-2, -1), (0, 1)), np.moveaxis(rest, -1, 0)

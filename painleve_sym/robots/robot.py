@@ -15,6 +15,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, checked_number, names_of, number, whole_number
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
+from painleve_sym.contacts.one_contact_answer import ContactAnswer
+from painleve_sym.contacts.one_contact_answer import contact as contact_answer
 from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
@@ -44,6 +46,8 @@ POSES = 2000
 """Random poses by default."""
 _STARTS, _SHORT, _LONG = 12, 30, 300
 """Searches for the least, their iterations, and those of the best ones, which continue."""
+_AT_REST = 1e-9
+"""Normal velocity of a contact that neither opens nor closes, m/s, for a slip of 1 m/s."""
 _SINGULAR_MASS = 1e-12
 """Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
 _SINGULAR = 1e-9
@@ -152,10 +156,58 @@ class RobotContact:
         """Return the numbers of all contacts at the pose."""
         return self._delassus.at(self.values)
 
-    def _of_first(self, W: Array) -> Array:
+    def numbers_at(self, values: Mapping[str, Any]) -> ContactNumbers:
+        """Return the numbers of all contacts at arrays of all arguments."""
+        return self._delassus.at_each(values)
+
+    def in_question(self, numbers: ContactNumbers) -> tuple[Array, Array]:
+        """Return W and b of the contact in question."""
         if not self.stuck:
-            return W[:3, :3]
-        return held(W, [0, 1, 2], list(range(3, len(W))))
+            return numbers.W[:3, :3], numbers.b[:3]
+        return held(numbers.W, numbers.b)
+
+    def answer(
+        self,
+        mu: float,
+        velocities: Mapping[str, float] | None = None,
+        torques: Mapping[str, float] | None = None,
+    ) -> ContactAnswer:
+        """Return every solution of the contact at the pose, while it neither opens nor closes.
+
+        Parameters
+        ----------
+        mu : float
+            Friction coefficient, >= 0.
+        velocities : mapping of str to float, optional
+            Of joints and of coordinates of the base (`base_x`, ...), in rad/s or m/s; 0 by default.
+        torques : mapping of str to float, optional
+            Of joints, N m or N; 0 by default.
+
+        Raises
+        ------
+        InputError
+            Unknown names; a contact that approaches or leaves.
+        """
+        where, outline = "robot", self.dynamics.outline
+        values = {**self.values, "mu": mu}
+        kinds = (
+            ("velocity", velocities, "{}_dot", [c.name for c in outline.coordinates]),
+            ("torque", torques, "torque_{}", list(self.joints)),
+        )
+        for noun, given, form, names in kinds:
+            for name, value in by_name(given, f"{where}: {noun}", "{'knee': 0.5}").items():
+                if name not in names:
+                    raise InputError(f"{where}: {unknown_name(noun, name, names)}")
+                values[form.format(name)] = number(value, f"{noun} {name}", where=where)
+        numbers = self._delassus.at(values)
+        W, b = self.in_question(numbers)
+        slip, rate = numbers.slip_velocity[0], float(numbers.gap_rate[0])
+        if abs(rate) > _AT_REST * max(1.0, float(np.linalg.norm(slip))):
+            raise InputError(
+                f"{where}: the normal velocity of the contact is {rate:g} m/s, need 0. "
+                "Fix: choose velocities that keep it closed, such as those of the base."
+            )
+        return contact_answer(W, b, mu, slip)
 
     def mobility(self, joints: Mapping[str, Array] | None = None) -> Array:
         """Return W at the pose, or at arrays of joint values that differ from it.
@@ -167,7 +219,7 @@ class RobotContact:
         """
         values = {**self.values, **(joints or {})}
         numbers = self._delassus.at_each(values) if joints else self._delassus.at(self.values)
-        return self._of_first(numbers.W)
+        return self.in_question(numbers)[0]
 
     @property
     def arguments(self) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from painleve_sym.errors import InputError
 
 FILES = Path(__file__).parent / "files"
 DOG = Path(__file__).parents[2] / "examples" / "robots" / "quadruped.urdf"
-SEEDS = [DOG, *sorted(FILES.glob("*.urdf")), *sorted(FILES.glob("*.xml"))]
+SEEDS = [DOG, DOG.with_name("desk_arm.xml"), *sorted(FILES.glob("*.*"))]
 ROUND = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
 LINK = f'<link name="{{}}">{ROUND}</link>'
 JOINT = '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/>{4}</joint>'
