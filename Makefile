@@ -20,7 +20,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references paper figures bench numerics docs docs-check setup-browser explorer-modules clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references paper studies figures bench numerics docs docs-check setup-browser explorer-modules clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -91,6 +91,23 @@ paper: $(VENV)/.installed ## write tables and figures of the manuscripts in pape
 	$(BIN)/python -m tests.benchmarks.elastic_bar_page
 	$(BIN)/python -m tools.provenance
 	$(BIN)/python tools/figures.py contact-solvers landing
+
+# Those of docs/peers.md need other programs: examples/studies/peers/run_all.py.
+STUDIES := examples/studies
+studies: $(VENV)/.installed numerics ## compute the numbers that the pages show again: hours
+	$(BIN)/python $(STUDIES)/rigid_rod/rigid_rod.py
+	$(BIN)/python $(STUDIES)/rigid_rod/landing.py
+	$(BIN)/python $(STUDIES)/bench_rod/bench_rod.py
+	$(BIN)/python $(STUDIES)/reverse_chatter/growth.py
+	$(BIN)/python $(STUDIES)/singular_point/fates.py
+	$(BIN)/python $(STUDIES)/tangential_compliance.py
+	$(BIN)/python $(STUDIES)/corrected_jump/corrected_jump.py docs/figures
+	$(BIN)/python $(STUDIES)/critical_force/study.py out/critical_force
+	cp out/critical_force/critical-force.json docs/figures
+	$(BIN)/python $(STUDIES)/sensitive_impact.py docs/figures/sensitive-impact
+	$(BIN)/python $(STUDIES)/sticking_feet.py docs/figures/sticking-feet
+	$(BIN)/python $(STUDIES)/impact_energy.py 3000 1 docs/figures/impact-energy
+	$(BIN)/python -m tools.provenance
 
 figures: $(VENV)/.installed ## draw every figure of the pages and of the gallery again
 	$(BIN)/python tools/figures.py

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.chatter import Chatter as Chatter
     from painleve_sym.contacts.classify import Classification as Classification
     from painleve_sym.contacts.classify import classify as classify
+    from painleve_sym.contacts.classify_in_space import (
+        SpatialClassification as SpatialClassification,
+    )
     from painleve_sym.contacts.friction_set import Disc as Disc
     from painleve_sym.contacts.friction_set import Interval as Interval
     from painleve_sym.contacts.impact.jump import JumpPhase as JumpPhase
@@ -66,6 +69,8 @@ if TYPE_CHECKING:
     from painleve_sym.laws.catalogue import LawsByContact as LawsByContact
     from painleve_sym.laws.catalogue import law as law
     from painleve_sym.laws.closed_forms import closed_forms as closed_forms
+    from painleve_sym.laws.compliance import Branch as Branch
+    from painleve_sym.laws.compliance import Exit as Exit
     from painleve_sym.laws.contact_law import ContactLaw as ContactLaw
     from painleve_sym.laws.rigid_contact import RigidLaw as RigidLaw
     from painleve_sym.mechanics.bodies import Body as Body
@@ -88,6 +93,8 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import Place as Place
     from painleve_sym.mechanics.shapes import Shape as Shape
     from painleve_sym.mechanics.shapes import ShapeKind as ShapeKind
+    from painleve_sym.mechanics.spatial_bodies import Orientation as Orientation
+    from painleve_sym.mechanics.spatial_bodies import SpatialBody as SpatialBody
     from painleve_sym.mechanics.system import TIME as TIME
     from painleve_sym.mechanics.system import LagrangianSystem as LagrangianSystem
     from painleve_sym.mechanics.toml.mechanism_file import load_mechanism as load_mechanism
@@ -156,6 +163,7 @@ _NAMES = {
     "complementarity.uniqueness": ("Uniqueness",),
     "contacts.chatter": ("Chatter",),
     "contacts.classify": ("Classification", "classify"),
+    "contacts.classify_in_space": ("SpatialClassification",),
     "contacts.friction_set": ("Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
     "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
@@ -178,6 +186,7 @@ _NAMES = {
     "hybrid.automaton": ("HybridAutomaton",),
     "laws.catalogue": ("LawsByContact", "law"),
     "laws.closed_forms": ("closed_forms",),
+    "laws.compliance": ("Branch", "Exit"),
     "laws.contact_law": ("ContactLaw",),
     "laws.rigid_contact": ("RigidLaw",),
     "mechanics.bodies": ("Body", "Load", "Mode", "NaturalPeriod", "Spring"),
@@ -189,6 +198,7 @@ _NAMES = {
     "mechanics.materials": ("Material", "material"),
     "mechanics.mechanism": ("DomainBound", "Mechanism", "Place"),
     "mechanics.shapes": ("Shape", "ShapeKind"),
+    "mechanics.spatial_bodies": ("Orientation", "SpatialBody"),
     "mechanics.system": ("LagrangianSystem", "TIME"),
     "mechanics.toml.mechanism_file": ("load_mechanism",),
     "motion.batch.result": ("BatchResult",),

@@ -128,10 +128,10 @@ def test_no_public_function_takes_options_without_a_name_and_type():
 def test_every_named_mechanism_and_law_is_a_function_of_its_own():
     from painleve_sym import laws, models
     from painleve_sym.laws.catalogue import LAWS
-    from painleve_sym.mechanics.models import MODELS
+    from painleve_sym.mechanics.models import NAMED
 
     named = {m.name for m in vars(models).values() if isinstance(m, models.NamedModel)}
-    assert named == set(MODELS)
+    assert named == set(NAMED)
     assert {name.replace("-", "_") for name in LAWS} == {
         *laws.__all__,
         "bilinear_hertz_two_bodies",

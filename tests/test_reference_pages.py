@@ -16,7 +16,7 @@ from painleve_sym.cli.grammar import parsers
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.laws.catalogue import LAWS
 from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import NAMED
 from painleve_sym.quantities import QUANTITIES
 
 ROOT = Path(__file__).parents[1]
@@ -91,7 +91,7 @@ def test_every_key_that_a_command_prints_has_a_meaning(pages):
 
 def test_mechanisms_laws_and_choices_are_complete(pages):
     headings = r"^## `([\w-]+)`"
-    assert re.findall(headings, pages.mechanisms(), re.M) == list(MODELS)
+    assert re.findall(headings, pages.mechanisms(), re.M) == list(NAMED)
     laws = pages.laws()
     assert re.findall(headings, laws, re.M) == list(LAWS)
     assert first_cells(laws.split("## Restitution rules")[1]) == list(RESTITUTIONS)

@@ -27,7 +27,7 @@ from painleve_sym.cli.grammar import Parser, parsers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import MODELS, SPATIAL_MODELS
 from painleve_sym.quantities import QUANTITIES, quantity
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -117,7 +117,7 @@ def named_choices() -> str:
 
 def mechanisms() -> str:
     """Return one section per named mechanism: sketch, coordinates, parameters, start, source."""
-    return "\n".join(_mechanism(model_data(model(name))) for name in MODELS)
+    return "\n".join(_mechanism(model_data(model(name))) for name in (*MODELS, *SPATIAL_MODELS))
 
 
 def _mechanism(data: Mapping[str, Any]) -> str:
@@ -215,11 +215,13 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
         "classify cart-pendulum --state phi=2.9 --set F=-10",
         "classify painleve-klein",
         "classify block-two-feet",
+        "classify rod-3d --state theta=1,theta_dot=5,x_A_dot=-1",
         "classify {folder}/stribeck.toml",
     ),
     "jump": (
         f"jump rod --state {TABLE_3} --law bilinear-hertz",
         "jump painleve-klein",
+        "jump rod-3d --state theta=1,x_A_dot=-1,y_A_dot=0.1",
     ),
     "simulate": (
         f"simulate rod --state {TABLE_3} --law bilinear-hertz --t-end 1e-3 --samples 3",
@@ -231,14 +233,22 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     ),
     "animate": ("animate rod --law rigid --t-end 0.01 --duration 1 --out {folder}/rod.gif",),
     "explore": ("explore rod --out {folder}/rod.html",),
-    "map": ("map rod --over theta,theta_dot --points 9 --out {folder}/map.json",),
+    "map": (
+        "map rod --over theta,theta_dot --points 9 --out {folder}/map.json",
+        "map rod-3d --over theta,theta_dot --points 9 --out {folder}/map-3d.json",
+    ),
     "critical": (f"critical rod --state {TABLE_4} --gradient mu",),
     "sweep": ("sweep {folder}/sweep.toml --out {folder}/sweep.npz",),
     "contrast": (f"contrast rod --state {TABLE_3}",),
     "fit": ("fit examples/studies/fit/force.csv rod --state theta=1,theta_dot=1,x_A_dot=-1,"
             "y_A_dot=-0.02 --law bilinear-hertz --estimate mu",),
     "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 0.8 "
-              "--poses 50",),
+              "--poses 50",
+              "robot examples/robots/desk_arm.xml --contact finger --mu 1 --poses 9 "
+              "--torques yaw=1 --trajectory examples/robots/motion.csv"),
+    "certify": ("certify rod --over theta=0.2:1.4 --set mu=1.3 --out {folder}/rod.json",
+                "certify rod --over theta=0.2:1.4 --set mu=1.4",
+                "certify rod --over theta=0.2:1.4 --set mu=1.3 --check {folder}/rod.json"),
     "export": ("export rod --law bilinear-hertz --out {folder}/c",),
     "automaton": ("automaton rod --law hertz",),
     "cache": ("cache",),

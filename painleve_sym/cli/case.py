@@ -13,7 +13,7 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import NAMED
 from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario, misplaced
 
 _OPTIONS = (
@@ -63,12 +63,12 @@ def _describes_mechanism(path: str) -> bool:
 def _base(case: str, command: str) -> Scenario:
     if case.endswith(".toml") and _describes_mechanism(case):
         return Scenario(model=case, where=f"{command} {case}")
-    named = case.partition(":")[0] in MODELS
+    named = case.partition(":")[0] in NAMED
     if case.endswith(".toml") or "/" in case or (not named and os.path.isfile(case)):
         return Scenario.read(case)
     if not named:
         raise InputError(
-            f"{command}: {unknown_name('model', case, MODELS)} "
+            f"{command}: {unknown_name('model', case, NAMED)} "
             "Fix: name one of these, or a mechanism or scenario file ending in .toml."
         )
     return Scenario(model=case, where=f"{command} {case}")
@@ -123,5 +123,5 @@ def _check_owners(scenario: Scenario) -> None:
 
 def _parameters_of(name: str) -> set[str]:
     """Return the parameters of a named mechanism; none of a file, which is read later."""
-    named = name.partition(":")[0] in MODELS
+    named = name.partition(":")[0] in NAMED
     return {p.name for p in model(name).outline.parameters} if named else set()

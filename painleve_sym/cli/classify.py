@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.output import (
@@ -16,7 +17,10 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.cli.run import show_case
 from painleve_sym.contacts.classify import Classification, solution_name
+from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.problem import ContactCase
+
+_CONTINUUM = "Forces that belong to a continuum of solutions: one of them is shown."
 
 
 def classify(arguments: argparse.Namespace) -> int:
@@ -32,9 +36,12 @@ def classify(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def show_classification(classification: Classification) -> None:
+def show_classification(classification: Classification | SpatialClassification) -> None:
     """Print the coefficients, the case, every solution and what small bounces do."""
     show()
+    if isinstance(classification, SpatialClassification):
+        _show_in_space(classification)
+        return
     if classification.single:
         _show_coefficients(classification)
     else:
@@ -53,6 +60,60 @@ def show_classification(classification: Classification) -> None:
         show("Only an impulse can answer: see the command jump.")
     if classification.chatter:
         _show_chatter(classification)
+
+
+def _show_in_space(classification: SpatialClassification) -> None:
+    """Print the sector of the paradox, the case and every solution of contacts in space."""
+    problem, solutions = classification.problem, classification.solutions
+    if classification.single:
+        answer = classification.answer
+        show("normal acceleration of the contact A F_n + B in slip along an angle from t1 to t2")
+        rows = [("B", number(answer.B), "m/s^2", "")]
+        if answer.A is not None:
+            along = math.atan2(answer.slip[1] + 0.0, answer.slip[0])
+            rows.insert(0, ("A", number(answer.A), "1/kg", f"slip along {number(along)} rad"))
+        if answer.mu_P is not None:
+            rows.append(("mu_P", number(answer.mu_P), "", "A < 0 is possible above"))
+        if answer.least_over_normals is not None:
+            least = number(answer.least_over_normals)
+            rows.append(("least mu_P", least, "", "over all normals of the surface"))
+        show_table(("",) * 4, rows, left=(0, 2, 3))
+        sector = answer.sector
+        show(
+            "A >= 0 for every direction of slip"
+            if sector is None
+            else f"A < 0 for slip within {number(sector.half_angle)} rad of "
+            f"{number(sector.direction)} rad"
+        )
+    else:
+        slips = zip(classification.contacts, problem.slip, strict=True)
+        closed = ", ".join(f"{n} (slip {number(u)}, {number(v)} m/s)" for n, (u, v) in slips)
+        is_open = f"; open: {', '.join(classification.open)}" if classification.open else ""
+        show(f"closed: {closed}{is_open}")
+    show()
+    show(f"case: {classification.case.value} ({classification.case.sentence})")
+    force = max((abs(f) for s in solutions for F in s.forces for f in F.tolist()), default=0.0)
+    rate = max(
+        (abs(v) for s in solutions for a in s.accelerations for v in a.tolist()), default=0.0
+    )
+    rows_of = list[tuple[str, ...]]()
+    for k, s in enumerate(solutions, 1):
+        parts = zip(s.modes, s.directions, s.forces, s.accelerations, strict=True)
+        for name, (mode, angle, F, a) in zip(classification.contacts, parts, strict=True):
+            first = (mode.value,) if classification.single else (str(k), name, mode.value)
+            way = "" if angle is None else number(angle)
+            values = [number(f, size=force) for f in F.tolist()]
+            values += [number(v, size=max(rate, 1e-300)) for v in a.tolist()]
+            rows_of.append((*first, way, *values))
+    if rows_of:
+        names = ("solution",) if classification.single else ("solution", "contact", "mode")
+        forces, rates = ("F_n [N]", "F_t1 [N]", "F_t2 [N]"), ("a_n [m/s^2]", "a_t1", "a_t2")
+        head = (*names, "slip [rad]", *forces, *rates)
+        show_table(head, rows_of, left=tuple(range(len(names))))
+    if any(s.isolated is False for s in solutions):
+        show(_CONTINUUM)
+    if not problem.complete:
+        show(problem.guarantee)
 
 
 def _show_coefficients(classification: Classification) -> None:
@@ -122,7 +183,7 @@ def _show_solutions(classification: Classification) -> None:
     head = (*names, "F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
     show_table(head, rows, left=tuple(range(len(names))))
     if not classification.single and any(s.isolated is False for s in classification.solutions):
-        show("Forces that belong to a continuum of solutions: one of them is shown.")
+        show(_CONTINUUM)
 
 
 def _show_chatter(classification: Classification) -> None:

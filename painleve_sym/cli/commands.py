@@ -15,7 +15,7 @@ from painleve_sym.cli.options import (
     read_number,
     read_positive,
     read_range,
-    read_sign,
+    read_slip,
 )
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, DERIVE_FORMATS
 
@@ -365,7 +365,7 @@ command(
         read_count,
         default=400,
     ),
-    text("--slip", "SIGN", "sign of the slip velocity, -1 (default) or 1", read_sign, default=-1),
+    text("--slip", "SLIP", "sign of v_t, -1 (default) or 1; in space the angle of slip", read_slip),
     *map_files("it"),
     details="--json prints what the map holds without its grids; --out FILE.json has them too.",
 )
@@ -557,12 +557,20 @@ command(
     text("--pose", "NAME", "named pose: keyframe of MJCF, group state of SRDF"),
     text("--srdf", "FILE", "file with poses; by default that of the same name beside FILE"),
     text("--mu", "MU", "friction coefficient", read_number),
+    several(
+        "--velocities",
+        "NAME=VALUE,...",
+        "of joints and base, others 0: with them or torques, every solution",
+    ),
+    several("--torques", "NAME=VALUE,...", "of joints, N m or N, others 0"),
+    text("--trajectory", "FILE", "CSV of a motion: t, joints, NAME_dot, torque_NAME"),
     text("--base", "KIND", "fixed or floating; by default as the file says"),
     text("--armature", "VALUE", "rotor inertia at the joints, kg m^2; or NAME=VALUE,..."),
     text("--locked", "NAME,...", "joints that hold their value, or all", read_names),
     text("--others", "WHAT", "other contacts: free (default), or stuck"),
     text("--poses", "N", "random poses, by default 2000", read_count),
     text("--report", "FILE", "write a page about it, .html"),
+    text("--export", "DIR", "write the function joint values to W, mu_P and sector as C"),
     text("--out", "FILE", "draw the distribution of mu_P over poses, as PNG, SVG or PDF"),
     *look(),
     JSON,
@@ -571,6 +579,35 @@ command(
         "without a unique answer (A < 0). It depends on the pose, the normal and which joints\n"
         "give way. Rows of W are n, t1, t2: t1 is the axis x of the world along the surface.\n\n"
         "  painleve robot anymal.urdf --contact LF_FOOT --pose standing --mu 0.8"
+    ),
+)
+
+command(
+    "certify",
+    "certify",
+    "prove that a contact has no paradox on a box of states and parameters",
+    MODEL,
+    Option(
+        "--over",
+        {
+            "metavar": "NAME=FROM:TO,...",
+            "help": "the box, such as theta=0.2:1.4,mu=1:1.3",
+            "action": "append",
+            "required": True,
+        },
+    ),
+    several("--state", "NAME=VALUE,...", "states that are held; by default the model's start"),
+    SET,
+    CONTACT,
+    text("--out", "FILE", "write the certificate, .json"),
+    text("--check", "FILE", "verify this certificate instead of making one"),
+    JSON,
+    details=(
+        "A proof, not a sample: ball arithmetic on pieces of the box. It needs python-flint:\n"
+        "pip install 'painleve-sym[certify]'. --check does not: another arithmetic verifies it.\n\n"
+        "  painleve certify rod --over theta=0.2:1.4 --set mu=1.3 --out rod.json\n"
+        "  painleve certify rod --over theta=0.2:1.4 --set mu=1.3 --check rod.json\n\n"
+        "exit codes: 0 for proved or verified; 1 for refuted, undecided or rejected."
     ),
 )
 

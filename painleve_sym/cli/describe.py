@@ -21,7 +21,7 @@ from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.materials import PAIR_PROPERTIES, Material, MaterialValue, material
 from painleve_sym.mechanics.materials import materials as known_materials
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import NAMED
 from painleve_sym.quantities import counted
 from painleve_sym.references import Reference, cited_works, reference
 
@@ -42,10 +42,10 @@ def checked_format(text: str, known: Sequence[str]) -> str:
 def models(arguments: argparse.Namespace) -> int:
     """List the mechanisms in a line each, or show the named one."""
     if arguments.json:
-        names = MODELS if arguments.name is None else [arguments.name]
+        names = NAMED if arguments.name is None else [arguments.name]
         print_json({"models": [model_data(model(name)) for name in names]})
     elif arguments.name is None:
-        _show_list("mechanisms, the CASE of most commands", {n: model(n).title for n in MODELS})
+        _show_list("mechanisms, the CASE of most commands", {n: model(n).title for n in NAMED})
         show("`painleve models NAME` shows one: sketch, coordinates, parameters, source")
     else:
         _show_model(model(arguments.name))

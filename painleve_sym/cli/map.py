@@ -28,6 +28,7 @@ from painleve_sym.cli.output import (
     show_table,
 )
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.study.maps.axes import SLIP_DIRECTION
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 from painleve_sym.study.scenario import Scenario
 
@@ -53,7 +54,8 @@ def map(arguments: argparse.Namespace) -> int:
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
 
     def units() -> Mapping[str, str]:
-        return mechanism.units
+        angle = {SLIP_DIRECTION: "rad"} if mechanism.outline.in_space else {}
+        return mechanism.units | angle
 
     ranges = read_assignments("--range", arguments.range) if arguments.range else {}
     options: dict[str, Any] = {
@@ -97,7 +99,11 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
         show(f"over {axis['name']} from {ends}, {axis['points']} points")
     show()
     sign = "<" if regions.slip < 0 else ">"
-    show(f"cases of the rigid contact, slip with v_t {sign} 0")
+    way = f"with v_t {sign} 0"
+    if regions.in_space:
+        ways = f"along {number(regions.slip)} rad from t1 towards t2"
+        way = "in every direction" if SLIP_DIRECTION in regions.over else ways
+    show(f"cases of the rigid contact, slip {way}")
     total = regions.case.size
     cases = _BILATERAL_CASES if regions.bilateral else _CASES
     rows = [
@@ -112,6 +118,9 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
     _show_zeros(regions)
     if "mu_P" in regions.thresholds:
         show(f"A < 0 is possible for mu > mu_P = {number(regions.thresholds['mu_P'], 9)}")
+    if "least_over_normals" in regions.thresholds:
+        least = number(regions.thresholds["least_over_normals"], 9)
+        show(f"and for no other normal of the surface below {least}")
     if "mu_C" in regions.thresholds:
         show(f"second threshold mu_C = 2/sqrt(3) mu_P = {number(regions.thresholds['mu_C'], 9)}")
 

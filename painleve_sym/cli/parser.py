@@ -35,9 +35,9 @@ def read_arguments(argv: Sequence[str]) -> argparse.Namespace:
 
 def _no_command(word: str) -> str:
     """Return a sentence on a first word that names no command: perhaps what a command takes."""
-    from painleve_sym.mechanics.models import MODELS
+    from painleve_sym.mechanics.models import NAMED
 
-    if word.partition(":")[0] in MODELS or word.endswith(".toml"):
+    if word.partition(":")[0] in NAMED or word.endswith(".toml"):
         subject = "a file" if word.endswith(".toml") else "a mechanism"
         return (
             f"{word!r} is {subject}, and a command comes first. "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,18 @@ from painleve_sym.cli.options import (
     FIGURES,
     figure_file,
     output_file,
+    output_folder,
     read_look,
     read_number,
     read_quantities,
 )
 from painleve_sym.cli.output import draw, number, print_json, show, show_notices, show_table
+from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.robots.report import RiskReport, risk_report
-from painleve_sym.robots.robot import Robot
+from painleve_sym.robots.robot import Robot, RobotContact
 from painleve_sym.robots.robot import robot as read
+from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
 
 SHOWN_GRADIENT = 8
 _BASES = {"fixed": False, "floating": True}
@@ -31,24 +35,91 @@ def robot(arguments: argparse.Namespace) -> int:
     look = read_look(arguments)
     picture = figure_file("--out", arguments.out, look, FIGURES) if arguments.out else None
     page = output_file("--report", arguments.report, (".html",)) if arguments.report else None
+    code = output_folder("--export", arguments.export) if arguments.export else None
     one = _read(arguments)
     contact = one.contact(arguments.contact, **_place(arguments, one))
+    motion = None
+    if arguments.trajectory is not None:
+        motion = risk_along(contact, read_motion(arguments.trajectory, contact), arguments.mu)
     report = risk_report(contact, one.tree, arguments.mu, arguments.poses)
-    if picture is not None:
+    answer = _answer(arguments, contact)
+    if picture is not None and motion is not None:
+        draw("risk_trajectory_figure", picture, look, motion)
+    elif picture is not None:
         draw("risk_figure", picture, look, report)
     if page is not None:
         from painleve_sym.present.risk_page import risk_page
 
         risk_page(report).write(page)
+    if code is not None:
+        from painleve_sym.c_export.robot import export_risk
+
+        export_risk(contact, code)
     if arguments.json:
-        print_json(report.to_dict() | {"notices": list(report.notices)})
+        data = report.to_dict()
+        if answer is not None:
+            data |= {key: answer.to_dict()[key] for key in ("case", "solutions")}
+        if motion is not None:
+            data["trajectory"] = motion.to_dict()
+        print_json(data | {"notices": list(report.notices)})
         return 0
     _show(report)
+    if answer is not None:
+        _show_answer(answer)
+    if motion is not None:
+        _show_motion(motion)
     show_notices(report.notices)
-    for path in (picture, page):
+    for path in (picture, page, code):
         if path is not None:
             show(f"written: {path}")
     return 0
+
+
+def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnswer | None:
+    """Return every solution where velocities or torques are given."""
+    if not (arguments.velocities or arguments.torques):
+        return None
+    if arguments.mu is None:
+        raise InputError("--velocities, --torques: need --mu, the friction coefficient.")
+    outline = contact.dynamics.outline
+    units = {c.name: f"{c.unit}/s" for c in outline.coordinates}
+    efforts = {p.name.removeprefix("torque_"): p.unit for p in outline.parameters}
+    pairs = (
+        ("--velocities", arguments.velocities, units),
+        ("--torques", arguments.torques, efforts),
+    )
+    given = [
+        read_quantities(option, texts, partial(dict, known)) if texts else {}
+        for option, texts, known in pairs
+    ]
+    return contact.answer(arguments.mu, *given)
+
+
+def _show_answer(answer: ContactAnswer) -> None:
+    show()
+    show(f"case with these velocities and torques: {answer.case.value} ({answer.case.sentence})")
+    rows = [
+        (s.mode.value, *(number(v) for v in (*s.force.tolist(), *s.acceleration.tolist())))
+        for s in answer.solutions
+    ]
+    if rows:
+        names = ("n", "t1", "t2")
+        head = ("solution", *(f"F_{n} [N]" for n in names), *(f"a_{n} [m/s^2]" for n in names))
+        show_table(head, rows)
+
+
+def _show_motion(motion: RiskTrajectory) -> None:
+    show()
+    least = int(np.nanargmin(motion.mu_P))
+    show(
+        f"along the trajectory of {len(motion.t)} samples: least mu_P "
+        f"{number(float(motion.mu_P[least]), 6)} at t = {number(float(motion.t[least]))} s"
+    )
+    if motion.share_at_risk is not None:
+        show(f"share of time at risk: {100 * motion.share_at_risk:.3g} %")
+    if motion.case:
+        shares = (f"{case} {100 * share:.3g} %" for case, share in motion.case_shares.items())
+        show(f"cases: {', '.join(shares)} of the time")
 
 
 def _read(arguments: argparse.Namespace) -> Robot:

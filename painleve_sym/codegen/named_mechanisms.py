@@ -15,7 +15,7 @@ from painleve_sym.codegen.derivation_cache import (
 from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.files import of_plain, to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import COUNTS, MODELS
+from painleve_sym.mechanics.models import COUNTS, NAMED
 from painleve_sym.mechanics.outline import MechanismOutline
 from painleve_sym.units import Value
 
@@ -70,10 +70,10 @@ def as_mechanism(given: MechanismLike) -> Mechanism:
 def _maker(name: str) -> Callable[[], Mechanism]:
     """Return the function that makes a named mechanism, with the counts behind its name."""
     head, colon, text = name.partition(":")
-    if head not in MODELS:
-        raise InputError(unknown_name("model", name, MODELS))
+    if head not in NAMED:
+        raise InputError(unknown_name("model", name, NAMED))
     if not colon:
-        return MODELS[head]
+        return NAMED[head]
     counted, given = COUNTS.get(head, ()), text.split(",")
     if not counted:
         raise InputError(f"model {head!r}: got {text!r} behind the name, where nothing is counted.")
@@ -83,7 +83,7 @@ def _maker(name: str) -> Callable[[], Mechanism]:
             f"model {head!r}: got {text!r} behind the name, need the numbers of "
             f"{' and '.join(counted)}, such as {head}:{example}."
         )
-    return functools.partial(MODELS[head], *(int(g[:9]) for g in given))
+    return functools.partial(NAMED[head], *(int(g[:9]) for g in given))
 
 
 @functools.lru_cache(maxsize=256)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import Chatter, chatter
+from painleve_sym.contacts.classify_in_space import SpatialClassification, classified_in_space
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.inputs import place_of, refuse_outside
@@ -240,19 +241,39 @@ def contact_problem(
     return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, bilateral)
 
 
+Spatial = Literal["rod-3d", "top", "brick", "slider-3d", "two-link-arm-3d"]
+"""Named mechanisms whose classification a type checker knows to be one in space."""
+
+
+@overload
+def classify(  # type: ignore[overload-overlap]
+    mechanism: Spatial,
+    state: Mapping[str, Value] | None = None,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    close: str | None = None,
+) -> SpatialClassification: ...
+@overload
 def classify(
     mechanism: MechanismLike,
     state: Mapping[str, Value] | None = None,
     *,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
-) -> Classification:
+) -> Classification: ...
+def classify(
+    mechanism: MechanismLike,
+    state: Mapping[str, Value] | None = None,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    close: str | None = None,
+) -> Any:
     """Return the rigid contact problem of the closed contacts at a state, with every solution.
 
     Parameters
     ----------
     mechanism : Mechanism, or its name, or the path of a mechanism file
-        With any number of contacts, unilateral or bilateral.
+        With any number of contacts, unilateral or bilateral; in space, see `SpatialClassification`.
     state : mapping of str to (float or str), optional
         Coordinates and velocities; absent ones are 0. The mechanism's `start` where no state is
         given. Where there is one contact, its gap and
@@ -283,12 +304,26 @@ def classify(
     return classify_at(place_of(mechanism, state, parameters, close))
 
 
-def classify_at(place: Place) -> Classification:
+def classify_at(place: Place) -> Classification | SpatialClassification:
     """Return the contact problem of the closed contacts at a place; see `classify`."""
+    if place.mechanism.outline.in_space:
+        return classified_in_space(place, *_closed_at(place))
+    return planar_classification(place)
+
+
+def _closed_at(place: Place) -> tuple[ContactNumbers, list[int]]:
+    """Return the numbers of all contacts at a place, and the closed ones by index."""
     mechanism = place.mechanism
     numbers = Delassus.of(mechanism).at(place.values)
     refuse_outside(place, numbers.margins)
-    closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
+    return numbers, closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
+
+
+def planar_classification(place: Place) -> Classification:
+    """Return the contact problem of a planar mechanism; InputError for one in space."""
+    mechanism = place.mechanism
+    mechanism.require_planar()
+    numbers, closed = _closed_at(place)
     contacts = mechanism.outline.contacts
     W, b, mu, slip = numbers.W, numbers.b, numbers.mu, numbers.slip_velocity
     A, B = numbers.A_stick, numbers.B_stick

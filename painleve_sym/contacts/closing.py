@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.checks import text_of
 from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
 from painleve_sym.contacts.delassus import (
-    CONTACT_TOLERANCE,
     Delassus,
     argument_symbols,
     domain_margins,

@@ -21,10 +21,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.arrays import Array
 from painleve_sym.contacts.friction_set import Disc, Interval
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.risk import (
+    friction_threshold,
+    least_over_normals,
+    sector_half_angle,
+    slip_direction,
+)
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.errors import InputError
 
@@ -121,17 +127,22 @@ class ContactAnswer:
     @property
     def mu_P(self) -> float | None:
         """Least friction with A < 0 for some direction of slip; None where no friction has it."""
-        return critical_friction_of(self.problem.W)
+        return _finite(friction_threshold(self.problem.W))
 
     @property
     def sector(self) -> Sector | None:
         """The directions of slip with A < 0; None where A >= 0 for all of them."""
-        return sector_of(self.problem.W, self.mu)
+        W, critical = self.problem.W, self.mu_P
+        if critical is None or not self.mu > critical:
+            return None
+        in_space = len(W) == 3
+        half = sector_half_angle(critical, self.mu) if in_space else 0.0
+        return Sector(slip_direction(W), half)
 
     @property
     def least_over_normals(self) -> float | None:
         """Least μ_P over all directions of the surface's normal; None where none has a paradox."""
-        return least_over_normals(self.problem.W)
+        return _finite(least_over_normals(self.problem.W))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
@@ -142,19 +153,26 @@ class ContactAnswer:
             "sector": None if self.sector is None else vars(self.sector).copy(),
             "least_over_normals": self.least_over_normals,
             "case": self.case.value,
-            "solutions": [_solution_data(s) for s in self.solutions],
+            "solutions": [
+                solution_data(s) | {"isolated": s.isolated, "residual": s.residual}
+                for s in self.solutions
+            ],
         }
 
 
-def _solution_data(solution: SpatialSolution) -> dict[str, Any]:
+def solution_data(solution: SpatialSolution, i: int = 0) -> dict[str, Any]:
+    """Return one contact of a solution as plain data."""
     return {
-        "mode": solution.mode.value,
-        "direction": solution.direction,
-        "force": solution.force.tolist(),
-        "acceleration": solution.acceleration.tolist(),
-        "isolated": solution.isolated,
-        "residual": solution.residual,
+        "mode": solution.modes[i].value,
+        "direction": solution.directions[i],
+        "force": solution.forces[i].tolist(),
+        "acceleration": solution.accelerations[i].tolist(),
     }
+
+
+def _finite(value: Array) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None
 
 
 def contact(
@@ -217,26 +235,3 @@ def contact(
             )
     problem = SpatialProblem(given, np.asarray(b), (friction,), (tuple(slip),))
     return ContactAnswer(problem, problem.solutions())
-
-
-def critical_friction_of(W: FloatArray) -> float | None:
-    """Return μ_P = W_nn/|w| of a mobility with rows n, t1, t2 (or n, t); None where w = 0."""
-    coupling = math.hypot(*W[0, 1:].tolist())
-    return float(W[0, 0]) / coupling if coupling > 0 else None
-
-
-def sector_of(W: FloatArray, mu: float) -> Sector | None:
-    """Return the directions of slip with A < 0; None where there are none."""
-    critical = critical_friction_of(W)
-    if critical is None or not mu > critical:
-        return None
-    w = W[0, 1:].tolist()
-    half = math.acos(critical / mu) if len(w) == 2 else 0.0
-    return Sector(math.atan2((*w, 0.0)[1], w[0]), half)
-
-
-def least_over_normals(W: FloatArray) -> float | None:
-    """Return 2 √(λ₁ λ₃)/(λ₃ − λ₁), the least μ_P over all normals; None where λ₁ = λ₃."""
-    stretch = np.linalg.eigvalsh(W)
-    low, high = max(float(stretch[0]), 0.0), float(stretch[-1])
-    return 2 * math.sqrt(low) * math.sqrt(high) / (high - low) if high > low else None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.contacts.delassus import closed_within, length_formula
+from painleve_sym.contacts.closed_within import closed_within, length_formula
 from painleve_sym.hybrid.automaton import Definition, Preparation
 from painleve_sym.laws.catalogue import Law
 from painleve_sym.mechanics.mechanism import Mechanism

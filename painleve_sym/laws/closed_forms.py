@@ -11,6 +11,7 @@ from painleve_sym.errors import InputError, received
 from painleve_sym.laws.impact_cases import three_phase_jump
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import Formula, ImpulsePhase, Section
+from painleve_sym.mechanics.formulas.in_space import spatial_sections
 from painleve_sym.mechanics.formulas.one_contact import LEFT, RIGHT, motion_sections
 from painleve_sym.mechanics.formulas.several_contacts import joint_sections
 from painleve_sym.mechanics.impact.impulse_rays import Phase, tangential_phase
@@ -44,7 +45,8 @@ def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
     Parameters
     ----------
     mechanism : Mechanism
-        With one contact: also its jump. With several: each contact alone and all together.
+        With one contact: also its jump. With several: each contact alone and all together. In
+        space: each contact alone, without jump.
 
     Returns
     -------
@@ -69,6 +71,8 @@ def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
 
 
 def _closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
+    if mechanism.outline.in_space:
+        return spatial_sections(mechanism)
     if len(mechanism.contacts) > 1:
         return joint_sections(mechanism)
     jump = () if mechanism.contact.bilateral else _jump(mechanism)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import sympy as sp
 
@@ -324,8 +324,8 @@ class Load:
     values: tuple[Scalar, ...]
 
     @classmethod
-    def force(cls, point: tuple[Scalar, Scalar], components: tuple[Scalar, Scalar]) -> Load:
-        """Return the force (F_x, F_y) on the point (x, y) of a body."""
+    def force(cls, point: tuple[Scalar, ...], components: tuple[Scalar, ...]) -> Load:
+        """Return the force (F_x, F_y) on the point (x, y) of a body; three of each in space."""
         return cls(point, components)
 
     @classmethod
@@ -339,13 +339,24 @@ class Load:
         return [sum((expr(f) * sp.diff(expr(a), s) for a, f in pairs), sp.Integer(0)) for s in q]
 
 
-def weight(bodies: Iterable[Body], gravity: Scalar | tuple[Scalar, Scalar]) -> sp.Expr:
+class Heavy(Protocol):
+    """A body by its weight, in the plane or in space."""
+
+    @property
+    def mass_moment(self) -> tuple[sp.Expr, ...]:
+        """m times the place of the mass centre; kg m."""
+        ...
+
+
+def weight(bodies: Iterable[Heavy], gravity: Scalar | tuple[Scalar, ...]) -> sp.Expr:
     """Return the potential energy of the bodies' weight; J.
 
-    `gravity` is g, acting along −y, or the acceleration vector (g_x, g_y); m/s².
+    `gravity` is g, acting along −y in the plane and −z in space, or the acceleration vector; m/s².
     """
-    pull = gravity if isinstance(gravity, tuple) else (0, -expr(gravity))
-    return sum(
-        (-expr(g) * moment for b in bodies for g, moment in zip(pull, b.mass_moment, strict=True)),
-        sp.Integer(0),
-    )
+    total = sp.Integer(0)
+    for moments in (b.mass_moment for b in bodies):
+        level = (0,) * (len(moments) - 1)
+        pull = gravity if isinstance(gravity, tuple) else (*level, -expr(gravity))
+        for g, moment in zip(pull, moments, strict=True):
+            total += -expr(g) * moment
+    return total

@@ -15,6 +15,9 @@ from painleve_sym.mechanics.shapes import PLACE, ContactGeometry, Shape
 from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import LagrangianSystem, sample_point, vanishes
 
+Vector3 = tuple[Scalar, Scalar, Scalar]
+Surface = Callable[[sp.Symbol, sp.Symbol, sp.Symbol], sp.Expr]
+"""g(x, y, z) of a smooth surface: zero on it, positive on its free side, any unit."""
 Curve = Callable[[sp.Symbol, sp.Symbol], sp.Expr]
 """g(x, y) of a curved surface: zero on it, positive on its free side, any unit."""
 
@@ -43,6 +46,9 @@ class Contact:
         friction is μ |F_n|. Its contact problem has 0, 1 or 2 solutions.
     geometry : ContactGeometry or None
         Where the contact is, for drawings; nothing is derived from it.
+    slip_across : sympy.Expr or None
+        Of a contact in space the second slip velocity, v_t2, `slip_velocity` being v_t1; m/s. The
+        tangents t1, t2 and the normal are a right-handed triad.
 
     Raises
     ------
@@ -66,6 +72,7 @@ class Contact:
     friction: sp.Symbol
     bilateral: bool = False
     geometry: ContactGeometry | None = field(default=None, compare=False, metadata=NOT_DERIVED_FROM)
+    slip_across: sp.Expr | None = None
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -83,7 +90,10 @@ class Contact:
         if not self.name or not f"_{self.name}".isidentifier():
             yield f"name {self.name!r} is not usable. Fix: use letters, digits and underscores."
         parameters = {p.symbol for p in system.parameters}
-        parts = {"gap": self.gap, "slip velocity": self.slip_velocity}
+        parts = {"gap": self.gap}
+        parts |= {f"slip velocity{' 2' * k}": v for k, v in enumerate(self.slip_velocities)}
+        if self.bilateral and self.n_tangents == 2:
+            yield "bilateral is not offered in space; need a contact that can open."
         for name, part in parts.items():
             yield from system.formula_faults(name, part)
         if self.friction not in parameters:
@@ -201,6 +211,88 @@ class Contact:
         geometry = ContactGeometry.straight(touching, slope, gap, rim)
         return cls(name, system, readable(gap), readable(slip), friction, bilateral, geometry)
 
+    @classmethod
+    def in_space(
+        cls,
+        name: str,
+        system: LagrangianSystem,
+        point: Vector3,
+        friction: sp.Symbol,
+        *,
+        normal: Vector3 = (0, 0, 1),
+        through: Vector3 = (0, 0, 0),
+        surface: Surface | None = None,
+        along: Vector3 = (1, 0, 0),
+    ) -> Contact:
+        """Return the contact of a material point with a plane or a smooth surface in space.
+
+        Parameters
+        ----------
+        name, system, friction
+            As for `Contact`.
+        point : tuple of three sympy.Expr
+            Cartesian (x, y, z) of the point as functions of q and t; m.
+        normal : tuple of three sympy.Expr
+            Of the plane, towards its free side, of any length; constant.
+        through : tuple of three sympy.Expr
+            A place on the plane, or the origin of the surface; m. Where it depends on t the surface
+            moves with it.
+        surface : callable
+            g(x, y, z) of a smooth surface, in place of `normal`. The gap is g/|∇g|, the distance to
+            first order (exact where it is 0).
+        along : tuple of three sympy.Expr
+            A direction whose part in the surface is the tangent t1; t2 = n × t1.
+
+        Raises
+        ------
+        ModelError
+            Where the normal vanishes, or `along` is normal to the plane, and for the faults of
+            `Contact`.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> rod = ps.model("rod-3d")
+        >>> rod.contact.gap, rod.contact.slip_velocities
+        (z_A, (x_A_dot, y_A_dot))
+        """
+        place = [expr(p) - expr(o) for p, o in zip(point, through, strict=True)]
+        given = f"contact {name!r} of mechanism {system.name!r}"
+        if surface is None:
+            n = sp.Matrix([expr(v) for v in normal])
+            size = sp.sqrt((n.T * n)[0])
+            gap = (n.T * sp.Matrix(place))[0]
+        else:
+            axes = sp.symbols("x y z", cls=sp.Dummy, real=True)
+            g = expr(surface(*axes))
+            at = dict(zip(axes, place, strict=True))
+            n = sp.Matrix([sp.diff(g, axis) for axis in axes]).subs(at, simultaneous=True)
+            size, gap = sp.sqrt((n.T * n)[0]), g.subs(at, simultaneous=True)
+        if readable(size) == 0:
+            raise ModelError(given, ["the normal of the surface vanishes; need a direction."])
+        n = n.applyfunc(lambda part: readable(part / size))
+        first = sp.Matrix([expr(v) for v in along])
+        first -= n * (n.T * first)[0]
+        width = sp.sqrt(readable((first.T * first)[0]))
+        if width == 0:
+            text = f"along is {along}, which is normal to the surface, need a direction across it."
+            raise ModelError(given, [text])
+        first = first.applyfunc(lambda part: readable(part / width))
+        velocity = sp.Matrix([rate(p, system.rates) for p in place])
+        slip, across = (readable((t.T * velocity)[0]) for t in (first, n.cross(first)))
+        parts = (name, system, readable(gap / size), slip, friction)
+        return cls(*parts, slip_across=across)
+
+    @property
+    def slip_velocities(self) -> tuple[sp.Expr, ...]:
+        """v_t in the plane, v_t1 and v_t2 in space; m/s."""
+        return (self.slip_velocity, *([] if self.slip_across is None else [self.slip_across]))
+
+    @property
+    def n_tangents(self) -> int:
+        """Number of its tangents: 1 in the plane, 2 in space."""
+        return len(self.slip_velocities)
+
     @cached_property
     def J_N(self) -> sp.Matrix:
         """∂g_N/∂q, shape (1, n)."""
@@ -212,12 +304,13 @@ class Contact:
 
     @cached_property
     def J_T(self) -> sp.Matrix:
-        """∂v_t/∂q̇, shape (1, n)."""
+        """∂v_t/∂q̇, shape (1, n); (2, n) in space."""
         return self._raw_J_T.applyfunc(readable)
 
     @property
     def _raw_J_T(self) -> sp.Matrix:
-        return sp.Matrix([[sp.diff(self.slip_velocity, v) for v in self.system.q_dot]])
+        velocities = self.system.q_dot
+        return sp.Matrix([[sp.diff(slip, v) for v in velocities] for slip in self.slip_velocities])
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
@@ -240,6 +333,12 @@ class Contact:
     def normal_bias(self) -> sp.Expr:
         """The part of g̈_N that is not J_N q̈; m/s²."""
         return readable(self._transport(self.gap_rate))
+
+    @cached_property
+    def biases(self) -> sp.Matrix:
+        """The parts of g̈_N and of each slip acceleration that are not J q̈, as a column; m/s²."""
+        speeds = (self.gap_rate, *self.slip_velocities)
+        return sp.Matrix([readable(self._transport(v)) for v in speeds])
 
     @cached_property
     def tangential_bias(self) -> sp.Expr:

@@ -118,7 +118,7 @@ class Mechanism(Shown, Deferred):
     (3*(-mu*sin(theta) + cos(theta))*cos(theta) + 1)/m
     """
 
-    _INNER = ("deferred", "require_one_contact")
+    _INNER = ("deferred", "require_one_contact", "require_planar")
 
     name: str
     title: str
@@ -157,6 +157,8 @@ class Mechanism(Shown, Deferred):
         names = list(different.values())
         for name in sorted({n for n in names if names.count(n) > 1}):
             yield f"contact {name!r} is declared twice. Fix: give each its own name."
+        if len({c.n_tangents for c in self.contacts}) > 1:
+            yield "it has contacts in the plane and in space. Fix: make all of them by in_space."
         for contact in self.contacts:
             if contact.system is not self.system:
                 yield f"contact {contact.name!r} belongs to another system. Fix: give it this one."
@@ -192,6 +194,14 @@ class Mechanism(Shown, Deferred):
                 "the others stay open."
             )
 
+    def require_planar(self) -> None:
+        """Raise InputError for a mechanism in space, which few questions take so far."""
+        if self.outline.in_space:
+            raise InputError(
+                f"mechanism {self.name!r} is in space, which is not offered here yet. "
+                "Fix: use classify, derive, jump or map, or a planar mechanism."
+            )
+
     def only(self, name: str) -> Mechanism:
         """Return the mechanism with the named contact alone, as if the others were out of reach."""
         outline = self.outline.only(f"mechanism {self.name!r}", name)
@@ -200,7 +210,8 @@ class Mechanism(Shown, Deferred):
             from painleve_sym.mechanics.shapes import suggested_shapes
 
             own = tuple(c for c in self.contacts if c.name == name)
-            return replace(self, contacts=own, shapes=self.shapes or suggested_shapes(self))
+            shapes = self.shapes if self.outline.in_space else self.shapes or suggested_shapes(self)
+            return replace(self, contacts=own, shapes=shapes)
 
         return self._deferred(make, outline, f"{self.definition} contact {name} alone")
 
@@ -300,14 +311,16 @@ class Mechanism(Shown, Deferred):
 
     @cached_property
     def coefficients(self) -> ContactCoefficients:
-        """Coefficients of the only contact."""
+        """Coefficients of the only contact, in the plane."""
+        self.require_planar()
         from painleve_sym.mechanics.coefficients import ContactCoefficients
 
         return ContactCoefficients(self.contact)
 
     @cached_property
     def all_coefficients(self) -> tuple[ContactCoefficients, ...]:
-        """Coefficients of every contact, each as if the others were open."""
+        """Coefficients of every contact, each as if the others were open; in the plane."""
+        self.require_planar()
         from painleve_sym.mechanics.coefficients import ContactCoefficients
 
         if len(self.contacts) == 1:

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 from painleve_sym.checks import LARGEST, by_name, checked_number, text_of
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter, ParameterSet
 from painleve_sym.units import in_unit
@@ -25,7 +26,8 @@ class ContactOutline:
 
     `friction` is the name of the parameter μ; `gap_coordinate` and `slip_rate` are the coordinate
     that is the gap and the velocity that is the slip velocity, empty where none is.
-    `depends_on_time` tells whether the time itself occurs in one of both formulas.
+    `depends_on_time` tells whether the time itself occurs in one of both formulas. `slip_across` is
+    the text of the second slip velocity of a contact in space, empty in the plane.
     """
 
     name: str
@@ -36,6 +38,7 @@ class ContactOutline:
     gap_coordinate: str
     slip_rate: str
     depends_on_time: bool
+    slip_across: str = ""
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,8 @@ class MechanismOutline:
                 slip_velocity=str(c.slip_velocity),
                 gap_coordinate=str(c.gap) if c.gap in velocity else "",
                 slip_rate=str(c.slip_velocity) if c.slip_velocity in system.q_dot else "",
-                depends_on_time=timed(c.gap, c.slip_velocity),
+                depends_on_time=timed(c.gap, *c.slip_velocities),
+                slip_across="" if c.slip_across is None else str(c.slip_across),
             )
             for c in mechanism.contacts
         )
@@ -184,6 +188,16 @@ class MechanismOutline:
         units = {c.name: c.unit for c in self.coordinates}
         units |= {f"{name}_dot": f"{unit}/s" for name, unit in units.items()}
         return units | ({TIME_NAME: "s"} if self.depends_on_time else {})
+
+    @property
+    def in_space(self) -> bool:
+        """Whether its contacts have two tangents."""
+        return bool(self.contacts[0].slip_across)
+
+    @cached_property
+    def rows(self) -> ContactRows:
+        """Places of the rows of its contacts."""
+        return ContactRows(len(self.contacts), 1 + self.in_space)
 
     @property
     def depends_on_time(self) -> bool:

@@ -20,6 +20,7 @@ from painleve_sym.mechanics.declarations import (
     Parameter,
 )
 from painleve_sym.mechanics.simplify import readable, reduced
+from painleve_sym.mechanics.spatial_bodies import SpatialBody
 from painleve_sym.mechanics.velocity_terms import clearly_positive, velocity_terms
 
 TIME = sp.Symbol(TIME_NAME, real=True)
@@ -202,9 +203,9 @@ class LagrangianSystem:
         name: str,
         coordinates: Sequence[Coordinate],
         parameters: Sequence[Parameter],
-        bodies: Sequence[Body],
+        bodies: Sequence[Body | SpatialBody],
         *,
-        gravity: Scalar | tuple[Scalar, Scalar] = 0,
+        gravity: Scalar | tuple[Scalar, ...] = 0,
         springs: Sequence[Spring] = (),
         loads: Sequence[Load] = (),
         kinetic_energy: Scalar = 0,
@@ -217,9 +218,10 @@ class LagrangianSystem:
         ----------
         name, coordinates, parameters
             As for `LagrangianSystem`.
-        bodies : sequence of Body
-        gravity : sympy.Expr or pair
-            g along −y, or the acceleration vector (g_x, g_y); m/s².
+        bodies : sequence of Body or SpatialBody
+            All in the plane, or all in space.
+        gravity : sympy.Expr or tuple
+            g along −y in the plane and −z in space, or the acceleration vector; m/s².
         springs : sequence of Spring
         loads : sequence of Load
         kinetic_energy, potential_energy : sympy.Expr
@@ -228,10 +230,20 @@ class LagrangianSystem:
             What is to be added to dampers and loads.
         """
         q, rates = [c.symbol for c in coordinates], _rates(coordinates, parameters)
-        faults = [fault for b in bodies for fault in _body_faults(b, q, parameters)]
+        planar = [b for b in bodies if isinstance(b, Body)]
+        spatial = [b for b in bodies if isinstance(b, SpatialBody)]
+        faults = [fault for b in planar for fault in _body_faults(b, q, parameters)]
+        defaults = {p.symbol: sp.Float(p.default) for p in parameters}
+        faults += [fault for b in spatial for fault in b.faults(defaults)]
+        if planar and spatial:
+            faults.append("got bodies in the plane and in space. Fix: give every centre a z.")
+        if not faults and isinstance(gravity, tuple) and bodies:
+            need = len(bodies[0].mass_moment)
+            if len(gravity) != need:
+                faults.append(f"gravity: got {len(gravity)} components, need {need}.")
         if faults:
             raise ModelError(f"mechanism {name!r}", faults)
-        springs = [*springs, *(m.spring for b in bodies for m in b.modes)]
+        springs = [*springs, *(m.spring for b in planar for m in b.modes)]
         kinetic = sum((b.kinetic_energy(rates) for b in bodies), expr(kinetic_energy))
         potential = expr(potential_energy) + weight(bodies, gravity)
         potential += sum(s.potential_energy for s in springs)
@@ -242,7 +254,7 @@ class LagrangianSystem:
             if total != 0:
                 given[c.name] = total
         declared = (name, tuple(coordinates), tuple(parameters))
-        return cls(*declared, kinetic, potential, given, tuple(bodies))
+        return cls(*declared, kinetic, potential, given, tuple(planar))
 
     def _faults(self) -> list[str]:
         faults = list(self._name_faults())

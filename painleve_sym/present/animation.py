@@ -193,7 +193,7 @@ def _palette() -> list[int]:
     colours = dict.fromkeys((*CONTACTS[:3], NORMAL, TANGENTIAL, SLIP, EVENT, REFERENCE))
     drawn = [*matplotlib.colors.to_rgba_array(list(colours))[:, :3]]
     papers = [np.ones(3), np.full(3, GROUND)]
-    shades = [p * (1 - k) + c * k for p in papers for c in drawn for k in np.arange(1, 9) / 8]
+    shades = [p * (1 - k) + c * k for p in papers for c in drawn for k in np.arange(1, 7) / 6]
     greys = [np.full(3, g) for g in np.linspace(0.5, 1, 16)]
     return [round(float(v) * 255) for shade in (*papers, *shades, *greys) for v in shade]
 

@@ -244,6 +244,9 @@ def _held(regions: RegionMap) -> list[str]:
     """Return the direction of slip, and the values that are held, with their units."""
     sign = "<" if regions.slip < 0 else ">"
     parts = [f"$v_t {sign} 0$"]
+    if regions.in_space:
+        parts = [value_text("slip_direction", regions.slip, "rad")]
+        parts = parts if "slip_direction" not in regions.over else []
     if "mu" in regions.parameters:
         parts.append(value_text("mu", regions.parameters["mu"], "1"))
     solved = [part.rpartition(":")[2] for part in regions.close.split(",") if part]

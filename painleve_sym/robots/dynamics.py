@@ -13,7 +13,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.derivation_cache import code_mark
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.delassus import CONTACT_TOLERANCE
+from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
 from painleve_sym.robots.rigid_body import RigidBodies
@@ -165,6 +165,17 @@ class RobotDynamics:
         D, free = solved[:, : self.rows.size], solved[:, self.rows.size]
         b = whole @ free + ca.vertcat(*drift)
         return _Formulas(x, whole, D, free, b, velocity, bodies, M, angles, rates)
+
+    def mass_function(self) -> ca.Function:
+        """Return the function of the mass matrix, row by row."""
+        f = self._formulas
+        return ca.Function("mass", [f.x], [ca.densify(ca.vec(f.M.T))])
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of what the velocities of the robot move: the base, six times, and joints."""
+        joints = (name for name in self.tree.joints if name not in self.locked)
+        return (*(BASE * self.tree.floating), *joints)
 
     def contact_function(self) -> ca.Function:
         """Return the function of all `ContactNumbers` but mu."""

@@ -182,15 +182,13 @@ class RigidBodies:
             while k >= 0:
                 if (above := self._moved[k]) is not None:
                     row, carried = above
-                    entry = carried.dot(momentum)
-                    M[row, column] += entry
-                    M[column, row] += entry
+                    # One velocity may move both: that of a joint that the other one follows.
+                    entry = carried.dot(momentum) * (2 if row == column else 1)
+                    M[min(row, column), max(row, column)] += entry
                 k = self.tree.bodies[k].parent
             if self.tree.floating:
-                own = ca.vertcat(*momentum)
-                M[:6, column] += own
-                M[column, :6] += own.T
-        return M
+                M[:6, column] += ca.vertcat(*momentum)
+        return ca.triu2symm(ca.triu(M))
 
     def _motions(self, velocity: ca.SX, gravity: ca.SX) -> list[tuple[_Motion, _Motion]]:
         """Return velocity and acceleration of every body where no velocity changes.
@@ -294,7 +292,7 @@ def _turn(axis: Array, angle: ca.SX) -> ca.SX:
 
 
 def _inertia(body: Body, R: ca.SX, p: ca.SX) -> _Inertia:
-    if body.mass == 0.0:
+    if body.mass == 0.0 and not body.inertia.any():
         return _Inertia(ca.SX(1, 1), ca.SX(3, 1), ca.SX(3, 3))
     center = p + R @ _constant(body.center)
     moment = body.mass * center

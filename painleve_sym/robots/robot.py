@@ -15,16 +15,18 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, checked_number, names_of, number, whole_number
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.files import finite
-from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
-from painleve_sym.robots.risk import (
+from painleve_sym.contacts.one_contact_answer import ContactAnswer
+from painleve_sym.contacts.one_contact_answer import contact as contact_answer
+from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
     least_over_normals,
     sector_half_angle,
     slip_direction,
 )
+from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.files import finite
+from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_file import read_robot
 from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion
 from painleve_sym.robots.urdf import srdf_poses
@@ -44,6 +46,10 @@ POSES = 2000
 """Random poses by default."""
 _STARTS, _SHORT, _LONG = 12, 30, 300
 """Searches for the least, their iterations, and those of the best ones, which continue."""
+_AT_REST = 1e-9
+"""Normal velocity of a contact that neither opens nor closes, m/s, for a slip of 1 m/s."""
+_SINGULAR_MASS = 1e-12
+"""Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
 _SINGULAR = 1e-9
 """Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
 
@@ -150,10 +156,58 @@ class RobotContact:
         """Return the numbers of all contacts at the pose."""
         return self._delassus.at(self.values)
 
-    def _of_first(self, W: Array) -> Array:
+    def numbers_at(self, values: Mapping[str, Any]) -> ContactNumbers:
+        """Return the numbers of all contacts at arrays of all arguments."""
+        return self._delassus.at_each(values)
+
+    def in_question(self, numbers: ContactNumbers) -> tuple[Array, Array]:
+        """Return W and b of the contact in question."""
         if not self.stuck:
-            return W[:3, :3]
-        return held(W, [0, 1, 2], list(range(3, len(W))))
+            return numbers.W[:3, :3], numbers.b[:3]
+        return held(numbers.W, numbers.b)
+
+    def answer(
+        self,
+        mu: float,
+        velocities: Mapping[str, float] | None = None,
+        torques: Mapping[str, float] | None = None,
+    ) -> ContactAnswer:
+        """Return every solution of the contact at the pose, while it neither opens nor closes.
+
+        Parameters
+        ----------
+        mu : float
+            Friction coefficient, >= 0.
+        velocities : mapping of str to float, optional
+            Of joints and of coordinates of the base (`base_x`, ...), in rad/s or m/s; 0 by default.
+        torques : mapping of str to float, optional
+            Of joints, N m or N; 0 by default.
+
+        Raises
+        ------
+        InputError
+            Unknown names; a contact that approaches or leaves.
+        """
+        where, outline = "robot", self.dynamics.outline
+        values = {**self.values, "mu": mu}
+        kinds = (
+            ("velocity", velocities, "{}_dot", [c.name for c in outline.coordinates]),
+            ("torque", torques, "torque_{}", list(self.joints)),
+        )
+        for noun, given, form, names in kinds:
+            for name, value in by_name(given, f"{where}: {noun}", "{'knee': 0.5}").items():
+                if name not in names:
+                    raise InputError(f"{where}: {unknown_name(noun, name, names)}")
+                values[form.format(name)] = number(value, f"{noun} {name}", where=where)
+        numbers = self._delassus.at(values)
+        W, b = self.in_question(numbers)
+        slip, rate = numbers.slip_velocity[0], float(numbers.gap_rate[0])
+        if abs(rate) > _AT_REST * max(1.0, float(np.linalg.norm(slip))):
+            raise InputError(
+                f"{where}: the normal velocity of the contact is {rate:g} m/s, need 0. "
+                "Fix: choose velocities that keep it closed, such as those of the base."
+            )
+        return contact_answer(W, b, mu, slip)
 
     def mobility(self, joints: Mapping[str, Array] | None = None) -> Array:
         """Return W at the pose, or at arrays of joint values that differ from it.
@@ -165,25 +219,36 @@ class RobotContact:
         """
         values = {**self.values, **(joints or {})}
         numbers = self._delassus.at_each(values) if joints else self._delassus.at(self.values)
-        return self._of_first(numbers.W)
+        return self.in_question(numbers)[0]
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of all that W depends on, in the order of `mobility_of`."""
+        return self.dynamics.outline.argument_names
+
+    def mobility_of(self, x: ca.SX) -> ca.SX:
+        """Return W as CasADi formulas of a vector of all `arguments`."""
+        import casadi as ca
+
+        entries = self._delassus.contact_quantities
+        of = dict(zip(entries.names, ca.vertsplit(entries.function(x)), strict=True))
+        rows = range(self.dynamics.rows.size)
+        W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
+        first, rest = list(range(3)), list(range(3, self.dynamics.rows.size))
+        if not self.stuck:
+            return W[first, first]
+        return W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
 
     @cached_property
     def _ratio(self) -> Quantities:
         """|w|²/W_nn² = 1/μ_P², and its derivatives by the joints that are not locked."""
-        dynamics, names = self.dynamics, tuple(self.joints)
-        arguments = dynamics.outline.argument_names
+        dynamics, names, arguments = self.dynamics, tuple(self.joints), self.arguments
 
         def derive() -> tuple[list[str], ca.Function]:
             import casadi as ca
 
             x = ca.SX.sym("x", len(arguments))
-            entries = self._delassus.contact_quantities
-            of = dict(zip(entries.names, ca.vertsplit(entries.function(x)), strict=True))
-            rows = range(dynamics.rows.size)
-            W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
-            first, rest = list(range(3)), list(range(3, dynamics.rows.size))
-            if self.stuck:
-                W = W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
+            W = self.mobility_of(x)
             ratio = (W[1, 0] ** 2 + W[2, 0] ** 2) / W[0, 0] ** 2
             slopes = ca.gradient(ratio, x)[[arguments.index(name) for name in names]]
             whole = ca.densify(ca.vertcat(ratio, slopes))
@@ -208,11 +273,7 @@ class RobotContact:
         if mu is not None:
             mu = number(mu, "mu", where="robot", lower=0.0)
         W = self.mobility()
-        if not np.isfinite(W).all():
-            raise InputError(
-                "robot: the mass matrix is singular at this pose: a joint turns links without "
-                "inertia about its axis. Fix: give the moving links an inertia."
-            )
+        self._check_mass()
         if not W[0, 0] > _SINGULAR * np.trace(W):
             raise InputError(
                 f"robot: contact {self.dynamics.contacts[0].frame!r} cannot move along the normal "
@@ -233,6 +294,29 @@ class RobotContact:
             least_over_normals=float(least_over_normals(W)),
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
         )
+
+    def _check_mass(self) -> None:
+        """Raise where the mass matrix is singular, to whose rounding W then belongs."""
+        names, arguments = self.dynamics.velocities, self.dynamics.outline.argument_names
+        places = [f"M_{i}_{k}" for i in range(len(names)) for k in range(len(names))]
+        function = quantities(
+            "mass matrix",
+            self.dynamics.definition,
+            arguments,
+            lambda: (places, self.dynamics.mass_function()),
+            compiles=False,
+        )
+        M = np.array(function.of_vector([self.values[n] for n in arguments]))
+        M = M.reshape(len(names), len(names))
+        scale = 1 / np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
+        values, vectors = np.linalg.eigh(M * np.outer(scale, scale))
+        if values[0] < _SINGULAR_MASS:
+            name = names[int(np.argmax(np.abs(vectors[:, 0])))]
+            raise InputError(
+                f"robot: the mass matrix is singular at this pose: {name!r} turns links without "
+                "inertia about its axis. Fix: give them an inertia, give joints a rotor inertia "
+                "(armature), or lock the joint."
+            )
 
     def _ranges(self) -> dict[str, tuple[float, float]]:
         """Return the limits of the joints that are varied: a turn for those that have none."""

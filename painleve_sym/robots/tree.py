@@ -19,6 +19,8 @@ MAX_BODIES = 1000
 """Bodies of a robot: its mass matrix has the square of their number."""
 ROUNDING = 1e-15
 """Entries of rotations and inertias below this are the rounding of 0."""
+NO_INERTIA = 1e-15
+"""Moments of inertia below this are rounding; kg m²."""
 INERTIA_TOLERANCE = 1e-6
 """Part of the largest principal moment by which an inertia may miss its inequalities."""
 
@@ -247,7 +249,7 @@ def _joined(parts: Sequence[tuple[Body, Array, Array]]) -> dict[str, Any]:
     """Return mass, centre and inertia of parts with their places in one frame."""
     mass = sum(body.mass for body, _, _ in parts)
     if mass == 0:
-        return {"mass": 0.0}
+        return {"inertia": sum((R @ b.inertia @ R.T for b, R, _ in parts), np.zeros((3, 3)))}
     centers = [R @ body.center + p for body, R, p in parts]
     center = sum(b.mass * c for (b, _, _), c in zip(parts, centers, strict=True)) / mass
     inertia = np.zeros((3, 3))
@@ -314,18 +316,21 @@ def inertia_fault(mass: float, inertia: Array) -> str:
     if not mass >= 0:
         return f"mass {mass:g} kg, need a number >= 0"
     moments = np.linalg.eigvalsh(inertia)
-    tolerance = INERTIA_TOLERANCE * float(np.abs(moments).max())
+    tolerance = max(INERTIA_TOLERANCE * float(np.abs(moments).max()), NO_INERTIA)
     if moments[0] < -tolerance:
         listed = ", ".join(f"{m:.6g}" for m in moments)
         return f"an inertia with the principal moments {listed} kg m^2, need numbers >= 0"
-    if mass == 0 and moments[-1] > 0:
-        return "an inertia without mass"
     return ""
 
 
-def triangle_fault(inertia: Array) -> str:
-    """Return a part of a sentence where one principal moment exceeds the sum of the others."""
+def inertia_doubt(mass: float, inertia: Array) -> str:
+    """Return a sentence where mass and inertia serve, but are those of no body; empty else."""
+    if fault := inertia_fault(mass, inertia):
+        return fault
     a, b, c = np.linalg.eigvalsh(inertia).tolist()
-    if a + b >= c * (1 - INERTIA_TOLERANCE):
+    if mass == 0 and c > NO_INERTIA:
+        return "an inertia without mass"
+    if a + b >= c * (1 - INERTIA_TOLERANCE) - NO_INERTIA:
         return ""
-    return f"{a:.6g} + {b:.6g} < {c:.6g} kg m^2"
+    sums = f"{a:.6g} + {b:.6g} < {c:.6g} kg m^2"
+    return f"principal moments that miss the triangle inequality, {sums}"

@@ -20,9 +20,9 @@ from painleve_sym.robots.tree import (
     Mimic,
     Pose,
     RobotTree,
+    inertia_doubt,
     inertia_fault,
     rotation_rpy,
-    triangle_fault,
     unit_vector,
 )
 from painleve_sym.robots.xml_text import label, name_of, number_list, one_number, read_elements
@@ -93,9 +93,15 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
     frames = {link: Frame(i, np.eye(3), np.zeros(3)) for link, i in index.items()}
     if floating is None:
         floating = roots[0] != _WORLD and any(b.mass > 0 for b in _fixed_to_base(bodies))
-    return RobotTree(
-        root.get("name", "") or "robot", tuple(bodies), frames, floating, notices=tuple(notices)
-    )
+    name = root.get("name", "") or "robot"
+    tree = RobotTree(name, tuple(bodies), frames, floating, notices=tuple(notices))
+    for body in tree.merged.bodies:
+        # A link may have an inertia of no body where that of all that is fixed to it is one.
+        if fault := inertia_fault(body.mass, body.inertia):
+            raise InputError(
+                f"{where}: link {body.name!r}, with all that is fixed to it, has {fault}."
+            )
+    return tree
 
 
 def _by_name(root: Element, tag: str, where: str) -> dict[str, Element]:
@@ -160,13 +166,10 @@ def _inertia(link: Element, where: str, notices: list[str]) -> tuple[float, Arra
         for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     )
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    if fault := inertia_fault(mass, inertia):
-        raise InputError(f"{where}: {label(link)} has {fault}.")
-    if fault := triangle_fault(inertia):
-        notices.append(
-            f"The inertia of link {link.get('name')!r} is not that of a rigid body: its principal "
-            f"moments miss the triangle inequality, {fault}."
-        )
+    if not mass >= 0:
+        raise InputError(f"{where}: {label(link)} has {inertia_fault(mass, inertia)}.")
+    if doubt := inertia_doubt(mass, inertia):
+        notices.append(f"Link {link.get('name')!r} has {doubt}.")
     return mass, center, rotation @ inertia @ rotation.T
 
 

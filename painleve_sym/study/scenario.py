@@ -14,6 +14,7 @@ from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify_at
+from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
@@ -90,8 +91,9 @@ class Scenario:
         InputError where it is not readable, not TOML, or has unknown keys or names, or entries of a
         wrong type or out of range: all of them, each with its line.
         """
+        # A file that is not there may be of a mechanism, too.
+        text = read_text(path, f"mechanism or scenario file {path}", MAX_FILE)
         where = f"scenario file {path}"
-        text = read_text(path, where, MAX_FILE)
         return cls.from_data(parse_toml(text, where), str(path), toml_lines(text))
 
     @classmethod
@@ -248,7 +250,7 @@ class Scenario:
         own = (of_friction,) if of_friction else ()
         return (*own, *self.mechanism().outline.truncation_notices)
 
-    def classify(self) -> Classification:
+    def classify(self) -> Classification | SpatialClassification:
         """Return the rigid contact problem at the state, with every solution."""
         return classify_at(self.place)
 

@@ -18,7 +18,7 @@ from painleve_sym.laws.catalogue import CHOICES, LAWS, law, offered_choices
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import wrap_expression
 from painleve_sym.mechanics.materials import materials
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import NAMED
 from painleve_sym.papers import registry as study
 from painleve_sym.papers.impact_resolution import items
 from tests.cli.cli_helpers import run, run_json
@@ -26,7 +26,7 @@ from tests.cli.cli_helpers import run, run_json
 
 def test_models_lists_names_coordinates_parameters_units_and_source(capsys):
     data = run_json(capsys, "models")["models"]
-    assert [m["name"] for m in data] == list(MODELS)
+    assert [m["name"] for m in data] == list(NAMED)
     rod = next(m for m in data if m["name"] == "rod")
     assert [c["name"] for c in rod["coordinates"]] == ["x_A", "y_A", "theta"]
     parameters = {p["name"]: p for p in rod["parameters"]}
@@ -42,7 +42,7 @@ def test_models_lists_names_coordinates_parameters_units_and_source(capsys):
 
 @pytest.mark.parametrize(
     ("command", "names"),
-    [("models", MODELS), ("laws", [*LAWS, *RESTITUTIONS]), ("materials", materials())],
+    [("models", NAMED), ("laws", [*LAWS, *RESTITUTIONS]), ("materials", materials())],
 )
 def test_a_list_has_a_line_for_each_name_with_its_sentence(capsys, command, names):
     code, out, err = run(capsys, command)

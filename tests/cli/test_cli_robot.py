@@ -64,7 +64,7 @@ def test_figure_and_page_are_written(capsys, tmp_path):
         capsys,
         *FOOT,
         "--mu",
-        "1.4",
+        "2",
         "--out",
         f"{tmp_path}/risk.svg",
         "--report",

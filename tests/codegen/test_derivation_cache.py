@@ -331,7 +331,7 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
 
 def test_entry_depends_on_the_folders_that_derive_it(monkeypatch):
     changed = dict.fromkeys(("mechanics", "contacts", "engines", "motion"), "")
-    monkeypatch.setattr(derivation_cache, "_code", lambda folder: changed.get(folder, folder))
+    monkeypatch.setattr(derivation_cache, "code_mark", lambda folder: changed.get(folder, folder))
     of = {
         "mechanism": derivation_cache.MECHANISM,
         "formulas": derivation_cache.FORMULAS,

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize
 
 import painleve_sym as ps
-from painleve_sym.contacts.one_contact_answer import least_over_normals
+from painleve_sym.contacts.risk import least_over_normals
 
 
 def random_problem(rng):

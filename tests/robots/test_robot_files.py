@@ -13,7 +13,7 @@ from painleve_sym.errors import InputError
 
 FILES = Path(__file__).parent / "files"
 DOG = Path(__file__).parents[2] / "examples" / "robots" / "quadruped.urdf"
-SEEDS = [DOG, *sorted(FILES.glob("*.urdf")), *sorted(FILES.glob("*.xml"))]
+SEEDS = [DOG, DOG.with_name("desk_arm.xml"), *sorted(FILES.glob("*.*"))]
 ROUND = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
 LINK = f'<link name="{{}}">{ROUND}</link>'
 JOINT = '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/>{4}</joint>'
@@ -112,8 +112,7 @@ FAULTS = {
     ),
     "infinite": (urdf(inertial("inf", (1, 1, 1))), "value = 'inf', need a finite number"),
     "negative mass": (urdf(inertial(-1, (1, 1, 1))), "has mass -1 kg, need a number >= 0"),
-    "indefinite": (urdf(inertial(1, (1, 1, 1), 2)), "has an inertia with the principal moments -1"),
-    "massless inertia": (urdf(inertial(0, (1, 1, 1))), "has an inertia without mass"),
+    "indefinite": (urdf(inertial(1, (1, 1, 1), 2)), "has an inertia with the principal moments"),
     "half": (
         urdf('<link name="a"><inertial><mass value="1"/></inertial></link>'),
         "inertial needs mass and inertia",
@@ -181,6 +180,8 @@ def test_file_that_is_absent_binary_or_endless(tmp_path):
 def test_inertia_that_is_nearly_that_of_a_body_is_a_notice(tmp_path):
     robot = ps.robot(written(tmp_path, urdf(inertial(1, (1, 1, 3)))))
     assert "miss the triangle inequality" in robot.tree.notices[0]
+    robot = ps.robot(written(tmp_path, urdf(inertial(0, (1, 1, 1)))))
+    assert "has an inertia without mass" in robot.tree.notices[0]
 
 
 def test_closed_chain_is_a_notice(tmp_path):

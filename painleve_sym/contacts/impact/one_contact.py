@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from painleve_sym.checks import checked_number, mobility_faults, spatial_mobility_faults
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
@@ -169,8 +171,8 @@ def solve_impact(
         (v_n, v_t) or (v_n, v_1, v_2) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
     restitution : {"energetic", "poisson", "newton"}
         Agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
-        nothing back without collision, and can add energy (see `Impact.notice`). In the plane the
-        others never do; in space the energetic law never does.
+        nothing back without collision, and can add energy (see `Impact.notice`); the others never
+        do in the impact of this single contact.
     e : float
         Coefficient of restitution of that law, in [0, 1].
 
@@ -264,9 +266,14 @@ def invariant_directions(W: Sequence[Sequence[float]], mu: float) -> tuple[Invar
     >>> [round(d.growth, 6) for d in ps.invariant_directions(W, 0.5)]
     [-0.5, -1.5, -1.5, -0.5]
     """
-    (_, n1, n2), (_, W11, W12), (_, _, W22) = _checked(
-        W, mu, (0.0,) * 3, "newton", 0.0, "invariant directions"
-    )[0]
+    where = "invariant directions"
+    if np.shape(W) != (3, 3):
+        raise InputError(
+            f"{where}: got W of shape {np.shape(W)}, need a matrix of 3 rows and columns: in the "
+            "plane slip does not turn. Fix: give the mobility of a contact in space."
+        )
+    checked = _checked(W, mu, (0.0,) * 3, "newton", 0.0, where)[0]
+    (_, n1, n2), (_, W11, W12), (_, _, W22) = checked
     return invariant_ones((n1, n2), (W11, W12, W22), float(mu))
 
 

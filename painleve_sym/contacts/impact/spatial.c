@@ -19,6 +19,8 @@ static const double LAST_TERM = 1e-17, STOPPED = 1e-30;
 /* Of the terms of a rate: the least one for which series about an invariant direction are used; and how
  * much v grows at most along one of their pieces. */
 static const double LEAST_RATE = 1e-3, GROWTH = 16;
+/* Of v: events within a smaller change of it would lose digits along such a piece. */
+static const double LEAST_CHANGE = 0.05;
 static const int PIECES = 20000;
 
 /* Direction e = (c, s), slip v, v_n; impulses and works since the beginning of the phase. */
@@ -104,19 +106,19 @@ static int invariant_directions(const impact *p, double *angle) {
   /* Components along the axis of the smaller and of the larger mobility, made positive. */
   double a = p->w1 * cos(axis) + p->w2 * sin(axis), b = p->w2 * cos(axis) - p->w1 * sin(axis);
   double w1 = fabs(a), w2 = fabs(b), one = a < 0.0 ? -1.0 : 1.0, two = b < 0.0 ? -1.0 : 1.0;
-  double root1 = cbrt(w1), root2 = cbrt(w2), found[4];
+  double root1 = cbrt(w1), root2 = cbrt(w2), directions[4];
   int count = 2;
   if (w1 == 0.0 && w2 == 0.0 && D == 0.0) return 0;
-  found[0] = zero_between(w1, w2, D, 0.0, half, 1);
-  found[1] = zero_between(w1, w2, D, 2 * half, 3 * half, -1);
+  directions[0] = zero_between(w1, w2, D, 0.0, half, 1);
+  directions[1] = zero_between(w1, w2, D, 2 * half, 3 * half, -1);
   if (pow(root1 * root1 + root2 * root2, 1.5) < D) { /* within the astroid */
     double top = 2 * half - atan2(root2, root1);
-    found[2] = zero_between(w1, w2, D, half, top, -1);
-    found[3] = zero_between(w1, w2, D, top, 2 * half, 1);
+    directions[2] = zero_between(w1, w2, D, half, top, -1);
+    directions[3] = zero_between(w1, w2, D, top, 2 * half, 1);
     count = 4;
   }
   for (int i = 0; i < count; i++)
-    angle[i] = axis + atan2(two * sin(found[i]), one * cos(found[i]));
+    angle[i] = axis + atan2(two * sin(directions[i]), one * cos(directions[i]));
   return count;
 }
 
@@ -179,8 +181,9 @@ static int limit_ahead(const impact *p, double h, limit *l) {
     if (rate < 0.0 && ahead < nearest)
       nearest = ahead, l->c = c, l->s = s, l->rate = rate, l->k = k_of(p, c, s);
   }
-  double least = LEAST_RATE * p->size; /* quotients by smaller ones lose digits */
-  if (nearest == INFINITY || fabs(l->k) < least || fabs(2 * l->k + l->rate) < least) return 0;
+  if (nearest == INFINITY) return 0;
+  double least = fmin(fabs(l->k), fmin(fabs(l->k + l->rate), fabs(2 * l->k + l->rate)));
+  if (least < LEAST_RATE * p->size) return 0; /* quotients by smaller ones lose digits */
   double f1[ORDER + 1], f2[ORDER + 1], K[ORDER + 1], *C = l->C, *S = l->S, *D = l->D, *V = l->V;
   double turned[ORDER + 1]; /* j D_j */
   C[0] = l->c, S[0] = l->s, D[0] = turned[0] = 0.0, V[0] = 1.0;
@@ -189,7 +192,7 @@ static int limit_ahead(const impact *p, double h, limit *l) {
   K[0] = 0.0;
   for (int j = 1; j <= ORDER; j++) {
     /* First without D_j, whose part in term j of h is rate D_j. */
-    turned[j] = 0.0;
+    turned[j] = C[j] = S[j] = V[j] = 0.0;
     C[j] = -term(S, turned, j) / j, S[j] = term(C, turned, j) / j;
     f1[j] = -p->mu * (p->W11 * C[j] + p->W12 * S[j]);
     f2[j] = -p->mu * (p->W12 * C[j] + p->W22 * S[j]);
@@ -304,6 +307,9 @@ static double event_between(const impact *p, const piece *q, int event, double f
   return x;
 }
 
+/* Whether an event is too near to the beginning of a piece along an invariant direction. */
+static int too_near(const piece *q, double x) { return !q->by_time && fabs(x - 1) < LEAST_CHANGE; }
+
 /* ---- the path ---- */
 
 static int sign_of(double x) { return (x > 0.0) - (x < 0.0); }
@@ -375,7 +381,7 @@ static int curve(impact *p) {
   piece q;
   state *a = &p->at;
   const int both = p->mu * hypot(p->w1, p->w2) > p->Wnn * (1 - COINCIDENT);
-  int known = 0, rate = 1, turn = 0;
+  int known = 0, rate = 1, turn = 0, direct = 0;
   double start = a->v;
   for (int i = 0; i < PIECES; i++) {
     double h = h_of(p, a->c, a->s);
@@ -387,7 +393,8 @@ static int curve(impact *p) {
       if (!rate) rate = 1;
       if (!turn) turn = sign_of(-w_along(p, a->c, a->s) * h);
     }
-    if (!(known && along_limit(p, &l, &q))) by_time(p, &q);
+    if (direct || !(known && along_limit(p, &l, &q))) by_time(p, &q);
+    direct = 0;
     double from = q.by_time ? 0.0 : 1.0, to = q.end, unused, x;
     state end = state_at(&q, to);
     int passes = 0, changes = 0;
@@ -399,6 +406,7 @@ static int curve(impact *p) {
     }
     if (!p->restitution && rate > 0 && end.n >= 0.0 && a->n < 0.0) {
       x = event_between(p, &q, BORDER, from, to, -1);
+      if ((direct = too_near(&q, x))) continue;
       *a = state_at(&q, x), a->n = 0.0;
       tell(p, SLIP, a->c, a->s);
       p->restitution = 1;
@@ -410,11 +418,13 @@ static int curve(impact *p) {
       if (falls) to = event_between(p, &q, BORDER, from, to, 1), end = state_at(&q, to), end.n = 0.0;
       if (event_of(p, LAW, &end, &unused) >= 0.0) {
         x = event_between(p, &q, LAW, from, to, -1);
+        if ((direct = too_near(&q, x))) continue;
         *a = state_at(&q, x);
         if (p->law == NEWTON) a->n = p->target;
         return tell(p, SLIP, a->c, a->s), ENDED;
       }
       if (falls) { /* compressed again */
+        if ((direct = too_near(&q, to))) continue;
         *a = end;
         tell(p, SLIP, a->c, a->s);
         p->restitution = 0;

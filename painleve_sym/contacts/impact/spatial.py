@@ -61,6 +61,7 @@ SLIP, STOPS, STICK, RESUMED = range(4)
 _GOES_ON = -1
 _ROUND_OFF, _COINCIDENT = 4 * 2.0**-52, 1e-12
 _LAST_TERM, _STOPPED, _LEAST_RATE, _GROWTH, _PIECES = 1e-17, 1e-30, 1e-3, 16.0, 20000
+_LEAST_CHANGE = 0.05
 _C, _S, _V, _N, _P, _P1, _P2, _E, _T = range(9)
 """Places in a state: direction, slip, v_n; impulses and works since the phase began."""
 _BORDER, _LAW, _RATE, _TURN = range(4)
@@ -266,8 +267,9 @@ class SpatialPath:
             if rate < 0.0:
                 best = min(best, (ahead + math.tau if ahead < 0.0 else ahead, angle, k, rate))
         ahead, angle, k, rate = best
+        least = min(abs(k), abs(k + rate), abs(2 * k + rate))
         # Quotients by smaller rates lose digits.
-        if ahead == math.inf or min(abs(k), abs(2 * k + rate)) < _LEAST_RATE * self.size:
+        if ahead == math.inf or least < _LEAST_RATE * self.size:
             return None
         C, S, D, V, f1, f2, K, turned = np.zeros((8, ORDER + 1))
         C[0], S[0], V[0] = math.cos(angle), math.sin(angle), 1.0
@@ -422,7 +424,7 @@ class SpatialPath:
     def _curve(self) -> int:
         """Follow slip that turns, to the end of the impact or to where it stops."""
         both = self.mu * math.hypot(*self.w) > self.Wnn * (1 - _COINCIDENT)
-        limit, rate, turn, first = None, 1, 0, self.state[_V]
+        limit, rate, turn, first, direct = None, 1, 0, self.state[_V], False
         for i in range(_PIECES):
             c, s = self.state[:2]
             A, k, h = self._rates(c, s)
@@ -432,7 +434,8 @@ class SpatialPath:
                 limit, (along, across) = self._limit_ahead(h), self._along_across(c, s)
                 turn = _sign(across) or _sign(-along * h)
                 rate = _sign(A) or _sign(-across * h) or 1
-            piece = (self._along_limit(limit) if limit else None) or self._by_time()
+            piece = None if direct or limit is None else self._along_limit(limit)
+            piece, direct = piece or self._by_time(), False
             to, passes, changes = piece.end, False, False
             end = piece.at(to)
             if both:
@@ -445,9 +448,11 @@ class SpatialPath:
                 if changes:
                     passes, to = False, self._event_between(piece, _RATE, piece.begin, to, rate)
                     end = piece.at(to)
-            ended = self._ends_part(piece, to, end, rate)
-            if ended is not None:
-                if ended:
+            event = self._part_ends(piece, to, end, rate)
+            if event is not None:
+                # Along an invariant direction, events within a small change of v lose digits.
+                direct = piece.limit is not None and abs(event[1] - 1) < _LEAST_CHANGE
+                if not direct and self._end_part(event[0], piece.at(event[1])):
                     return ENDED
                 continue
             self.state = end
@@ -458,21 +463,16 @@ class SpatialPath:
                 return _GOES_ON
         return UNFINISHED
 
-    def _ends_part(self, piece: _Piece, to: float, end: Array, rate: int) -> bool | None:
-        """End compression or restitution where it ends in a piece: whether the impact ends there.
+    def _part_ends(
+        self, piece: _Piece, to: float, end: Array, rate: int
+    ) -> tuple[int, float] | None:
+        """Return the event that ends compression or restitution in a piece, and its place.
 
-        None where neither ends. In the piece v_n is monotonic, with the sign of `rate`.
+        In the piece v_n is monotonic, with the sign of `rate`.
         """
-        if not self.restitution and rate > 0 and end[_N] >= 0.0 and self.state[_N] < 0.0:
-            self.state = piece.at(self._event_between(piece, _BORDER, piece.begin, to, -1))
-            self.state[_N] = 0.0
-            self._tell(SLIP, *self.state[:2])
-            self.restitution = 1
-            done = self.target <= 0.0 if self.law == "newton" else self.left <= 0.0
-            if done:
-                self._tell(SLIP, *self.state[:2])
-            return done
         if not self.restitution:
+            if rate > 0 and end[_N] >= 0.0 and self.state[_N] < 0.0:
+                return _BORDER, self._event_between(piece, _BORDER, piece.begin, to, -1)
             return None
         falls = rate < 0 and end[_N] < 0.0
         if falls:
@@ -480,18 +480,25 @@ class SpatialPath:
             end = piece.at(to)
             end[_N] = 0.0
         if self._event(_LAW, end)[0] >= 0.0:
-            self.state = piece.at(self._event_between(piece, _LAW, piece.begin, to, -1))
+            return _LAW, self._event_between(piece, _LAW, piece.begin, to, -1)
+        return (_BORDER, to) if falls else None
+
+    def _end_part(self, event: int, state: Array) -> bool:
+        """End compression or restitution at an event of slip; return whether the impact ends."""
+        self.state = state
+        if event == _LAW:
             if self.law == "newton":
-                self.state[_N] = self.target
-            self._tell(SLIP, *self.state[:2])
+                state[_N] = self.target
+            self._tell(SLIP, *state[:2])
             return True
-        if falls:
-            # Compressed again.
-            self.state = end
-            self._tell(SLIP, *self.state[:2])
-            self.restitution = 0
-            return False
-        return None
+        state[_N] = 0.0
+        self._tell(SLIP, *state[:2])
+        # Restitution begins, or the contact is compressed again.
+        self.restitution = 1 - self.restitution
+        done = bool(self.target <= 0.0 if self.law == "newton" else self.left <= 0.0)
+        if self.restitution and done:
+            self._tell(SLIP, *state[:2])
+        return done and self.restitution == 1
 
     def _at_rest(self, kind: int) -> int:
         """Follow a contact without slip: it sticks, or slips as slip can grow."""

@@ -30,7 +30,19 @@ MODELS: Mapping[str, Callable[..., Mechanism]] = {
     "strut": partial(_imported, "struts", "strut"),
     "painleve-klein": partial(_imported, "sliders", "painleve_klein"),
 }
-"""Named mechanisms: functions that make them; see `painleve_sym.codegen.named_mechanisms.model`."""
+"""Named planar mechanisms: functions that make them; see `codegen.named_mechanisms.model`."""
+
+SPATIAL_MODELS: Mapping[str, Callable[..., Mechanism]] = {
+    "rod-3d": partial(_imported, "spatial", "rod_3d"),
+    "top": partial(_imported, "spatial", "top"),
+    "brick": partial(_imported, "spatial", "brick"),
+    "slider-3d": partial(_imported, "spatial", "slider_3d"),
+    "two-link-arm-3d": partial(_imported, "spatial", "two_link_arm_3d"),
+}
+"""Named mechanisms in space."""
+
+NAMED: Mapping[str, Callable[..., Mechanism]] = {**MODELS, **SPATIAL_MODELS}
+"""All named mechanisms."""
 
 COUNTS: Mapping[str, tuple[str, ...]] = {"rod-bending": ("bending modes", "axial modes")}
 """What may be counted in a model, as in ``rod-bending:5,3``: whole numbers from 0."""

@@ -19,10 +19,19 @@ from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.materials import PROPERTIES
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.shapes import ContactGeometry, Shape, ShapeKind
+from painleve_sym.mechanics.spatial_bodies import SpatialBody
 from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
 from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
 from painleve_sym.mechanics.toml.lines import toml_lines
 from painleve_sym.mechanics.toml.reader import Source, Table
+from painleve_sym.mechanics.toml.spatial_parts import (
+    BODY_IN_SPACE,
+    CONTACT_IN_SPACE,
+    body_in_space,
+    contact_in_space,
+    is_triple,
+    locks,
+)
 from painleve_sym.time_limit import within_time
 
 MAX_BYTES = 200_000
@@ -38,7 +47,8 @@ _TOP = (
 _COORDINATE = ("unit", "meaning", "latex")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
 _PARAMETER = ("default", "unit", "meaning", "material", *_RANGE)
-_BODY = ("name", "mass", "inertia", "centre", "angle", "modes", "length", "lowest_period")
+_PLANAR = ("angle", "modes", "length", "lowest_period")
+_BODY = (*BODY_IN_SPACE, *_PLANAR)
 _MODE = (
     *("coordinate", "mass", "frequency", "damping", "momentum", "angular_momentum", "stretch"),
 )
@@ -52,7 +62,8 @@ _KINDS: Mapping[str, tuple[str, ...]] = {
 }
 """What a contact is given by, and which further keys belong to that."""
 _ALWAYS = ("name", "friction", "bilateral")
-_CONTACT = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity", "at")
+_PLANE = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity", "at")
+_CONTACT = (*_PLANE, *(key for key in CONTACT_IN_SPACE if key not in _PLANE))
 _CIRCLE = ("centre", "radius", "angle")
 _BOX = ("centre", "width", "height", "angle")
 _SHAPE = ("stick", "polygon", "box", "disc", "dot", "pin")
@@ -102,7 +113,7 @@ class _Reader:
         self.source, self.formulas = source, source.formulas
         self.top = Table.of(source, (), data, _TOP)
         self.name = self.top.text("name", name) or name
-        self.bodies: list[Body] = []
+        self.bodies: list[Body | SpatialBody] = []
 
     def mechanism(self) -> Mechanism:
         """Return the mechanism, or raise ModelError with every fault of the file."""
@@ -189,7 +200,10 @@ class _Reader:
         self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...], named: bool
     ) -> LagrangianSystem | None:
         before = len(self.source.faults)
-        self.bodies = [_body(table, coordinates) for table in self.top.tables("bodies", _BODY)]
+        self.bodies = [
+            body_in_space(table) if is_triple(table, "centre") else _body(table, coordinates)
+            for table in self.top.tables("bodies", _BODY)
+        ]
         springs = [_spring(table) for table in self.top.tables("springs", _SPRING)]
         loads = [_load(table) for table in self.top.tables("loads", _LOAD)]
         gravity = self.gravity()
@@ -218,7 +232,9 @@ class _Reader:
             self.source.model_faults((first,), error)
             return None
 
-    def gravity(self) -> sp.Expr | tuple[sp.Expr, sp.Expr]:
+    def gravity(self) -> sp.Expr | tuple[sp.Expr, ...]:
+        if is_triple(self.top, "gravity"):
+            return self.top.vector("gravity")
         if isinstance(self.top.entries.get("gravity"), list):
             return self.top.pair("gravity")
         return self.top.formula("gravity", 0)
@@ -249,7 +265,9 @@ class _Reader:
     def domain(self) -> tuple[DomainBound, ...]:
         tables = self.top.tables("domain", ("margin", "meaning"))
         given = (DomainBound(table.formula("margin"), table.text("meaning")) for table in tables)
-        return (*given, *(bound for body in self.bodies for bound in _mode_bounds(body)))
+        planar = [body for body in self.bodies if isinstance(body, Body)]
+        own = (bound for body in planar for bound in _mode_bounds(body))
+        return (*given, *own, *locks([b for b in self.bodies if isinstance(b, SpatialBody)]))
 
     def shapes(self) -> tuple[Shape, ...]:
         return tuple(s for t in self.top.tables("shapes", _SHAPE) if (s := _shape(t)) is not None)
@@ -332,6 +350,8 @@ def _material_property(table: Table) -> str:
 
 
 def _body(table: Table, coordinates: Sequence[Coordinate]) -> Body:
+    if "orientation" in table:
+        table.fault("orientation belongs to a body in space. Fix: give its centre a z.")
     symbols = {c.name: c.symbol for c in coordinates}
     modes = [_mode(mode, symbols) for mode in table.tables("modes", _MODE)]
     name = table.text("name", "body")
@@ -372,6 +392,8 @@ def _spring(table: Table) -> Spring:
 def _load(table: Table) -> Load | None:
     table.text("name", "")
     given = set(table) & set(_LOAD) - {"name"}
+    if given == {"point", "force"} and is_triple(table, "point"):
+        return Load.force(table.vector("point"), table.vector("force"))
     if given == {"point", "force"}:
         return Load.force(table.pair("point"), table.pair("force"))
     if given == {"angle", "torque"}:
@@ -412,7 +434,7 @@ def _contact(
     table: Table,
     parameters: Sequence[Parameter],
     system: LagrangianSystem | None,
-    bodies: Sequence[Body],
+    bodies: Sequence[Body | SpatialBody],
 ) -> Contact | None:
     """Return the contact, or None where it has faults or there is no system."""
     before, kinds = table.source.stand_ins, [kind for kind in _KINDS if kind in table]
@@ -425,12 +447,22 @@ def _contact(
         table.fault(f"got {' and '.join(kinds) or 'none'}, need one of point, disc, gap.")
         return None
     (kind,) = kinds
+    spatial = [body for body in bodies if isinstance(body, SpatialBody)]
+    in_space = kind == "point" and (is_triple(table, "point") or bool(spatial))
     for key in table:
+        if in_space:
+            break
         if key in _CONTACT and key not in (*_ALWAYS, kind, *_KINDS[kind]):
             table.fault(f"{key} does not belong to a contact with {kind}.", key)
-    if kind == "gap":
+    clock = {s.name: s for s in system.clock} if system else {TIME.name: TIME}
+    if in_space:
+        make: Maker = contact_in_space(table, {**clock, **symbols}, spatial)
+    elif kind == "gap" and isinstance(table.entries.get("slip_velocity"), list):
+        slip, across = table.vector("slip_velocity", 2)
+        make = partial(Contact, gap=table.formula("gap"), slip_velocity=slip, slip_across=across)
+    elif kind == "gap":
         gap, slip = table.formula("gap"), table.formula("slip_velocity")
-        make: Maker = partial(Contact, gap=gap, slip_velocity=slip)
+        make = partial(Contact, gap=gap, slip_velocity=slip)
         if "at" in table:
             at, slope = table.pair("at"), table.formula("slope", 0)
             make = partial(make, geometry=ContactGeometry.straight(at, slope, gap))
@@ -439,12 +471,13 @@ def _contact(
     elif kind == "disc":
         make = partial(Contact.of_disc, **_disc(table), **_surface(table))
     else:
-        clock = {s.name: s for s in system.clock} if system else {TIME.name: TIME}
-        make = _point(table, {**clock, **symbols}, bodies)
+        planar = [body for body in bodies if isinstance(body, Body)]
+        make = _point(table, {**clock, **symbols}, planar)
     if table.source.stand_ins > before or friction not in symbols or system is None:
         return None
     try:
-        return make(name=name, system=system, friction=symbols[friction], bilateral=bilateral)
+        given = {} if in_space else {"bilateral": bilateral}
+        return make(name=name, system=system, friction=symbols[friction], **given)
     except ModelError as error:
         table.source.model_faults(table.path, error)
         return None

@@ -136,6 +136,15 @@ class Table:
         self.source.stand_ins += 1
         return sp.Integer(1), sp.Integer(1)
 
+    def vector(self, key: str, size: int = 3) -> tuple[sp.Expr, ...]:
+        """Return formulas, such as the x, y and z of a point in space."""
+        value = self.entries.get(key)
+        if isinstance(value, list) and len(value) == size:
+            return tuple(self.written(v, key, i) for i, v in enumerate(value))
+        self.fault(f"got {value!r}, need {size} formulas in a list.", key)
+        self.source.stand_ins += 1
+        return tuple(sp.Integer(1) for _ in range(size))
+
     def points(self, key: str) -> list[tuple[sp.Expr, sp.Expr]]:
         """Return a list of points, each of two formulas."""
         value = self.entries.get(key, [])

@@ -15,7 +15,7 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
-from painleve_sym.contacts.classify import Classification, classify_at
+from painleve_sym.contacts.classify import Classification, planar_classification
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
@@ -168,7 +168,7 @@ class Case:
         """Return the contact problem of the state, solved; None where there is none."""
         if not all(self.closed_at_rest):
             return None
-        classification = classify_at(self.place)
+        classification = planar_classification(self.place)
         lcp = classification.problem.lcp()
         return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 

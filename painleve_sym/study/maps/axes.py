@@ -24,6 +24,8 @@ MIN_POINTS, MAX_POINTS = 5, 2000
 """Along an axis: fewer show nothing, the square of more does not fit into a laptop's memory."""
 BEYOND = 1.25
 """Part of the threshold μ_P that a friction axis reaches at least: past (2/√3) μ_P."""
+SLIP_DIRECTION = "slip_direction"
+"""An axis of a map in space: the angle of slip from t1 towards t2; rad."""
 SPEED = 5.0
 """Velocities are drawn from −5 to 5, in rad/s or m/s, unless a range is given."""
 
@@ -90,7 +92,10 @@ class MapPlace:
         """Return the place that knows the values of what is solved for on its grid."""
         named = unknowns(self.mechanism, self.close) if self.close else ()
         names = {unknown.name for unknown in named}
-        solved = {s.name: grid[s] for s in self.all_symbols if s.name in names}
+        shape = len(self.values[0]), len(self.values[1])
+        solved = {
+            s.name: np.broadcast_to(grid[s], shape) for s in self.all_symbols if s.name in names
+        }
         return dataclasses.replace(self, solved=solved)
 
 
@@ -99,7 +104,7 @@ def map_place(
     over: str | Sequence[str],
     ranges: Mapping[str, tuple[Value, Value]],
     points: int,
-    slip: int,
+    slip: float,
     state: Mapping[str, Value] | None,
     parameters: Mapping[str, Value],
     close: str | None,
@@ -170,8 +175,10 @@ def reaching(
     return dataclasses.replace(place, values=(values[0], values[1]))
 
 
-def _check_kind(mechanism: Mechanism, where: str, points: int, slip: int) -> None:
-    if str(slip) not in ("-1", "1"):
+def _check_kind(mechanism: Mechanism, where: str, points: int, slip: float) -> None:
+    if mechanism.outline.in_space:
+        number(slip, "slip, an angle in space", where=where)
+    elif str(slip) not in ("-1", "1"):
         raise InputError(f"{where}: slip: got {received(slip)}, need -1 or 1, the sign of v_t.")
     whole_number(points, "points along each axis", where=where, lower=MIN_POINTS, upper=MAX_POINTS)
 
@@ -179,6 +186,8 @@ def _check_kind(mechanism: Mechanism, where: str, points: int, slip: int) -> Non
 def _checked_names(mechanism: Mechanism, where: str, axes: str | Sequence[str]) -> tuple[str, str]:
     over = names_of(axes, f"{where}: axes")
     known = (*mechanism.state_names, *(p.name for p in mechanism.system.parameters))
+    if mechanism.outline.in_space:
+        known = (*known, SLIP_DIRECTION)
     for name in over:
         if name not in known:
             raise InputError(f"{where}: {unknown_name('axis', name, known)}")
@@ -193,7 +202,7 @@ def _parameter(mechanism: Mechanism, name: str) -> Parameter | None:
 
 
 def _checked_range(mechanism: Mechanism, where: str, name: str, span: Any) -> tuple[float, float]:
-    unit = mechanism.units[name]
+    unit = "rad" if name == SLIP_DIRECTION else mechanism.units[name]
     try:
         low, high = (
             number(end, f"range {name}", where=where, unit=unit)
@@ -229,6 +238,8 @@ def default_range(
     parameter = _parameter(mechanism, name)
     if parameter is not None:
         return parameter_range(parameter)
+    if name == SLIP_DIRECTION:
+        return -math.pi, math.pi
     if name.endswith("_dot") and name not in {c.name for c in mechanism.system.coordinates}:
         return -SPEED, SPEED
     if name in map(str, mechanism.system.clock):
@@ -264,6 +275,8 @@ def parameter_range(parameter: Parameter) -> tuple[float, float]:
 
 def _described(mechanism: Mechanism, name: str) -> tuple[str, str, sp.Symbol]:
     """Return LaTeX, unit and symbol of an axis."""
+    if name == SLIP_DIRECTION:
+        return r"\varphi", "rad", sp.Symbol(name, real=True)
     symbols = {s.name: s for s in (*mechanism.system.symbols, *mechanism.system.clock)}
     if name not in mechanism.units:
         raise InputError(unknown_name("axis", name, mechanism.state_names))

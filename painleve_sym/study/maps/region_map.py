@@ -27,6 +27,7 @@ from painleve_sym.notebooks import Shown
 from painleve_sym.progress import progress
 from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
+from painleve_sym.study.maps.spatial_map import SpatialMap
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
 from painleve_sym.units import Value
 
@@ -60,8 +61,9 @@ class RegionMap(Shown):
         Their LaTeX and SI units.
     values : tuple of two ndarray, shape (n_1,), (n_2,)
         Increasing; SI units, rad.
-    slip : {-1, +1}
-        Direction s of the slip, whatever slip velocity the state has.
+    slip : {-1, +1}, or float
+        Direction s of the slip, whatever slip velocity the state has; in space its angle from t1
+        towards t2 in rad, unless that is an axis.
     case : ndarray of int8
         Codes of `LEGEND`.
     A, B : ndarray
@@ -81,7 +83,8 @@ class RegionMap(Shown):
         Curves along which A and B vanish together, as where both have a factor cos θ: each by the
         value of the axis that is constant on it, or by both values of one of its points.
     thresholds : dict of str to float
-        ``mu_P``: least friction with A < 0 somewhere, where it has a closed form; for the rods also
+        ``mu_P``: least friction with A < 0 somewhere, where it has a closed form, in space the
+        least on the grid, with ``least_over_normals``, that over all normals; for the rods also
         ``mu_C`` = (2/√3) μ_P (Génot & Brogliato 1999), where at the crossing both rates of approach
         are equal.
     state, parameters : dict of str to float
@@ -112,7 +115,7 @@ class RegionMap(Shown):
     labels: tuple[str, str]
     units: tuple[str, str]
     values: tuple[Array, Array]
-    slip: int
+    slip: float
     case: NDArray[np.int8]
     A: Array
     B: Array
@@ -139,6 +142,11 @@ class RegionMap(Shown):
     def bilateral(self) -> bool:
         """Whether the contact is held from both sides."""
         return self.A_pull is not None
+
+    @property
+    def in_space(self) -> bool:
+        """Whether the contact is in space, and `slip` an angle."""
+        return isinstance(self.slip, float)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -233,7 +241,7 @@ def region_map(
     *,
     ranges: Mapping[str, tuple[Value, Value]] | None = None,
     points: int = 400,
-    slip: int = -1,
+    slip: float | None = None,
     state: Mapping[str, Value] | None = None,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
@@ -249,13 +257,15 @@ def region_map(
     mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact.
     over : two str, or one with a comma
-        Coordinates, velocities or parameters.
+        Coordinates, velocities or parameters; in space also ``slip_direction``, the angle of slip.
     ranges : mapping of str to two (float or str)
         Ends of the axes, such as ``("10 deg", "80 deg")``; those left out are
         chosen (see `map_axes.default_range`).
     points : int
         Along each axis, 5 to 2000.
-    slip : {-1, +1}
+    slip : {-1, +1}, or float
+        Sign of the slip velocity, −1 if it is not given; in space the angle of slip in rad, π if it
+        is not given: in both the direction against t1.
     state, parameters : mapping of str to (float or str)
         Constant values; absent ones are 0 and the defaults. Without a state the mechanism's
         `start`.
@@ -287,20 +297,30 @@ def region_map(
     where = f"map of {mechanism.name!r}"
     ranges = by_name(ranges, f"{where}: ranges", "{'mu': (0, 2)}")
     parameters = by_name(parameters, f"{where}: parameters", "{'mu': 0.5}")
+    mechanism.require_one_contact()
+    in_space = mechanism.outline.in_space
+    if slip is None:
+        slip = math.pi if in_space else -1
     place = map_place(mechanism, over, ranges, points, slip, state, parameters, close)
-    thresholds = _thresholds(mechanism, place, slip)
+    thresholds = {} if in_space else _thresholds(mechanism, place, int(slip))
     place = reaching(place, ranges, thresholds.get("mu_P"))
     with progress(f"{where} at {points} x {points} points"):
         grid = place.grid()
         place = place.with_solved(grid)
-        grids, is_open = _grids(mechanism, place, grid, slip, engine)
+        if in_space:
+            spatial = SpatialMap(mechanism, place, float(slip))
+            grids, is_open, thresholds = spatial.grids(grid)
+        else:
+            grids, is_open = _grids(mechanism, place, grid, int(slip), engine)
         if not (grids["case"] >= 0).any():
             raise InputError(_nothing_inside(mechanism, place))
-        curves, crossings, shared = _zeros(mechanism, place, slip, grids, engine)
+        curves, crossings, shared = (
+            spatial.zeros(grids) if in_space else _zeros(mechanism, place, int(slip), grids, engine)
+        )
     _tell_where_open(place, is_open)
     return RegionMap(
         mechanism=mechanism.name,
-        slip=slip,
+        slip=float(slip) if in_space else int(slip),
         **{name: getattr(place, name) for name in _PLACE},
         **grids,
         curves=curves,

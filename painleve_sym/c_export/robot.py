@@ -1,0 +1,83 @@
+"""The risk of a robot's contact as C code for a controller: joint values to W, μ_P and sector."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+import painleve_sym
+from painleve_sym.c_export.files import filled
+from painleve_sym.codegen.c_functions import c_functions
+from painleve_sym.errors import InputError
+from painleve_sym.escape import c_comment, c_name, c_string
+from painleve_sym.files import write_beside
+from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT
+from painleve_sym.robots.robot import RobotContact
+from painleve_sym.robots.tree import rotation_rpy
+
+
+def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
+    """Write the function joint values, normal → W, μ_P, direction of the worst slip.
+
+    The normal is in the axes of the base, as a controller knows it. Locked joints keep the values
+    of the pose; what the other contacts do is that of the contact.
+
+    Parameters
+    ----------
+    contact : RobotContact
+    folder : Path
+        Made where it is absent; must be empty.
+
+    Returns
+    -------
+    tuple of str
+        Names of the files.
+
+    Raises
+    ------
+    InputError
+        The folder holds something.
+    """
+    if folder.exists() and any(folder.iterdir()):
+        raise InputError(f"--export: {folder} is not empty. Fix: name another folder.")
+    tree = contact.dynamics.tree
+    name = c_name(f"{tree.name}_{contact.dynamics.contacts[0].frame}".lower())
+    joints = tuple(contact.joints)
+    function = _mobility(contact, joints)
+    normal = contact.axes[0]
+    if tree.floating:
+        normal = rotation_rpy(*(contact.values[n] for n in BASE[3:])).T @ normal
+    values = {
+        "name": name,
+        "guard": name.upper(),
+        "robot": c_comment(tree.name),
+        "contact": c_comment(contact.dynamics.contacts[0].frame),
+        "version": painleve_sym.__version__,
+        "count": len(joints),
+        "names": ", ".join(map(c_string, joints)),
+        "generated": c_functions([function]),
+        "work": 1 + function.sz_w(),
+        "integers": 1 + function.sz_iw(),
+        "arguments": 1 + function.sz_arg(),
+        "results": 1 + function.sz_res(),
+        "joints": ", ".join(repr(float(contact.values[n])) for n in joints),
+        "normal": ", ".join(map(repr, np.asarray(normal).tolist())),
+    }
+    files = {f"{name}.h": "robot.h", f"{name}.c": "robot.c", "main.c": "robot_main.c"}
+    folder.mkdir(parents=True, exist_ok=True)
+    for file, template in files.items():
+        text = filled(template, values)
+        write_beside(folder / file, lambda out, text=text: out.write(text.encode()))
+    return tuple(files)
+
+
+def _mobility(contact: RobotContact, joints: tuple[str, ...]) -> ca.Function:
+    """Return W row by row as a function of joint values, normal and tangent in the base's axes."""
+    given = (*joints, *NORMAL, *TANGENT)
+    x = ca.SX.sym("x", len(given))
+    at = dict(zip(given, ca.vertsplit(x), strict=True))
+    fixed = {**contact.values, **dict.fromkeys(BASE, 0.0)}
+    point = ca.vertcat(*(at.get(n, fixed.get(n, 0.0)) for n in contact.arguments))
+    return ca.Function("mobility", [x], ca.cse([ca.densify(ca.vec(contact.mobility_of(point).T))]))

@@ -1,0 +1,104 @@
+"""The command certify: a proof that a contact has no paradox on a box of states and parameters."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from painleve_sym.cli.case import chosen_mechanism
+from painleve_sym.cli.options import (
+    output_file,
+    read_assignments,
+    read_quantities,
+    read_range,
+    unit_for,
+)
+from painleve_sym.cli.output import number, print_json, show
+from painleve_sym.contacts.positive import positive_function
+from painleve_sym.errors import InputError
+from painleve_sym.files import read_text, write_beside
+
+MAX_BYTES = 500_000_000
+
+
+def certify(arguments: argparse.Namespace) -> int:
+    """Prove or refute A > 0 on a box, or verify a certificate of it; 0 where it is proved."""
+    from painleve_sym.certify.proof import Verdict, prove_positive
+
+    mechanism = chosen_mechanism(arguments.model, arguments.contact)
+
+    def units() -> dict[str, str]:
+        return dict(mechanism.units)
+
+    over = {}
+    for name, text in read_assignments("--over", arguments.over).items():
+        unit = unit_for("--over", name, text, units)
+        over[name] = read_range(f"--over {name}", text, unit, f"{name}=0.2:1.4")
+    held: dict[str, float] = {}
+    for option, texts in (("--state", arguments.state), ("--set", arguments.set)):
+        held |= read_quantities(option, texts, units) if texts else {}
+    function, values = positive_function(mechanism, over, held)
+    fixed = ", ".join(f"{n} = {v!r}" for n, v in sorted(values.items()))
+    claim = f"{mechanism.name}: A > 0 for every direction of slip, where {fixed}"
+    if arguments.check is not None:
+        return _check(arguments, claim, over, function)
+    target = output_file("--out", arguments.out, (".json",)) if arguments.out else None
+    proof = prove_positive(function, over, claim)
+    if target is not None and proof.certificate is not None:
+        content = (json.dumps(proof.certificate) + "\n").encode()
+        write_beside(target, lambda file: file.write(content))
+    if arguments.json:
+        print_json({"mechanism": mechanism.name, "over": over, **proof.to_dict()})
+    else:
+        _show(mechanism.name, over, proof)
+        if target is not None and proof.certificate is not None:
+            show(f"written: {target}")
+    return 0 if proof.verdict is Verdict.PROVED else 1
+
+
+def _show(name: str, over: dict[str, tuple[float, float]], proof: Any) -> None:
+    ends = (f"{n} from {number(a)} to {number(b)}" for n, (a, b) in over.items())
+    show(f"{name}, {', '.join(ends)}")
+    if proof.piece is None:
+        show(f"proved: A > 0 for every direction of slip, on {proof.pieces} pieces")
+        return
+    piece = ", ".join(f"{n} from {a!r} to {b!r}" for n, (a, b) in proof.piece.items())
+    reason = {
+        "refuted": "A < 0 for some direction of slip in the middle of this piece",
+        "undecided": "the bounds of this piece are too wide, after the largest number of pieces",
+    }[proof.verdict.value]
+    show(f"{proof.verdict.value}: {reason}: {piece}")
+
+
+def _check(
+    arguments: argparse.Namespace, claim: str, over: dict[str, tuple[float, float]], function: Any
+) -> int:
+    """Verify a certificate against the formulas of the mechanism, derived again."""
+    from painleve_sym.certify.checker import Rejected, check
+    from painleve_sym.certify.proof import certificate_of
+
+    where = f"certificate {arguments.check}"
+    try:
+        given = json.loads(read_text(Path(arguments.check), where, MAX_BYTES, "certificate"))
+        pieces = check(given)
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{where}: not JSON: {error}.") from error
+    except Rejected as error:
+        return _verdict(arguments, f"rejected: {error}", None)
+    own = certificate_of(function, over, claim, given["tree"])
+    for key in ("claim", "over", "program"):
+        if own[key] != given[key]:
+            return _verdict(arguments, f"rejected: its {key} is not that of this command", None)
+    return _verdict(arguments, f"verified: {pieces} pieces", pieces)
+
+
+def _verdict(arguments: argparse.Namespace, text: str, pieces: int | None) -> int:
+    if arguments.json:
+        print_json({"verdict": text.partition(":")[0], "pieces": pieces, "reason": text})
+    else:
+        show(text)
+    return 1 if pieces is None else 0

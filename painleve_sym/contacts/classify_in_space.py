@@ -1,0 +1,127 @@
+"""The rigid contact problem of a mechanism in space at a state: sector, case, every solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.delassus import ContactNumbers
+from painleve_sym.contacts.friction_set import Disc
+from painleve_sym.contacts.one_contact_answer import ContactAnswer, solution_data
+from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
+from painleve_sym.mechanics.mechanism import Place
+from painleve_sym.notebooks import Shown
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SpatialClassification(Shown):
+    """The rigid contact problem of the closed contacts of a mechanism in space at one state.
+
+    Attributes
+    ----------
+    mechanism : str
+    state, parameters : dict of str to float
+        Complete, with defaults filled in.
+    contacts : tuple of str
+        Names of the closed contacts, in the order of the arrays.
+    open : tuple of str
+        Names of the contacts that are apart or leaving.
+    problem : SpatialProblem
+        Of the closed contacts.
+    solutions : tuple of SpatialSolution
+        Each with its verified residual; `problem.guarantee` says whether these are all.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> answer = ps.classify("rod-3d", {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0})
+    >>> answer.case
+    <ContactCase.INDETERMINATE: 'indeterminate'>
+    >>> round(answer.answer.mu_P, 6), round(answer.answer.sector.half_angle, 6)
+    (1.375259, 0.188277)
+    """
+
+    mechanism: str
+    state: dict[str, float]
+    parameters: dict[str, float]
+    contacts: tuple[str, ...]
+    open: tuple[str, ...]
+    problem: SpatialProblem
+    solutions: tuple[SpatialSolution, ...]
+
+    def __repr__(self) -> str:
+        """Return mechanism, case and the modes of the solutions in one line."""
+        modes = [", ".join(mode.value for mode in s.modes) for s in self.solutions]
+        ends = f": {'; '.join(modes)}" if modes else ""
+        return f"SpatialClassification of {self.mechanism!r}: {self.case.value}{ends}"
+
+    @cached_property
+    def case(self) -> ContactCase:
+        """The case, by number and kind of the solutions."""
+        return self.problem.case_of(self.solutions)
+
+    @property
+    def single(self) -> bool:
+        """Whether the mechanism has one contact: then `answer` is defined."""
+        return len(self.contacts) + len(self.open) == 1
+
+    @cached_property
+    def answer(self) -> ContactAnswer:
+        """The only contact by itself: A, B, μ_P, sector, least μ_P over all normals."""
+        return ContactAnswer(self.problem, self.solutions)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys."""
+        data: dict[str, Any] = {
+            "mechanism": self.mechanism,
+            "state": self.state,
+            "parameters": self.parameters,
+        }
+        if self.single:
+            return data | self.answer.to_dict()
+        return data | {
+            "contacts": list(self.contacts),
+            "open": list(self.open),
+            "slip_velocities": [list(v) for v in self.problem.slip],
+            "W": self.problem.W,
+            "b": self.problem.b,
+            "complete": self.problem.complete,
+            "guarantee": self.problem.guarantee,
+            "case": self.case.value,
+            "solutions": [
+                {
+                    "contacts": {name: solution_data(s, i) for i, name in enumerate(self.contacts)},
+                    "isolated": s.isolated,
+                    "residual": s.residual,
+                }
+                for s in self.solutions
+            ],
+        }
+
+
+def classified_in_space(
+    place: Place, numbers: ContactNumbers, closed: list[int]
+) -> SpatialClassification:
+    """Return the contact problem of the closed contacts of a mechanism in space."""
+    names = [c.name for c in place.mechanism.outline.contacts]
+    rows = ContactRows(len(names), 2).of_contacts(closed)
+    problem = SpatialProblem(
+        numbers.W[np.ix_(rows, rows)],
+        numbers.b[rows],
+        tuple(Disc(float(numbers.mu[i])) for i in closed),
+        tuple(tuple(numbers.slip_velocity[i].tolist()) for i in closed),
+    )
+    return SpatialClassification(
+        mechanism=place.mechanism.name,
+        state=place.state,
+        parameters=place.parameters,
+        contacts=tuple(names[i] for i in closed),
+        open=tuple(name for i, name in enumerate(names) if i not in closed),
+        problem=problem,
+        solutions=problem.solutions(),
+    )

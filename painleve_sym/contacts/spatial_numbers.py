@@ -1,0 +1,108 @@
+"""The functions of a `Dynamics` for a mechanism in space, by linear algebra.
+
+SymPy derives the mass matrix, the forces and the Jacobians; CasADi factorizes the mass matrix
+inside the generated function. Its inverse in closed form may be long for bodies in space.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from painleve_sym.codegen.evaluate import expression_function
+from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.closed_within import closed_within, length_formula
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from painleve_sym.mechanics.mechanism import Mechanism
+
+
+def contact_function(mechanism: Mechanism, symbols: tuple[Any, ...]) -> ca.Function:
+    """Return the function of all `ContactNumbers` but mu."""
+    import casadi as ca
+    import sympy as sp
+
+    contacts, n = mechanism.contacts, len(mechanism.contacts)
+    at = ContactRows(n, 2)
+    x = ca.SX.sym("x", len(symbols))
+    parts = _Parts(mechanism, symbols, x)
+    W, b = ca.mtimes(parts.J, parts.D), ca.mtimes(parts.J, parts.free) + parts.biases
+    W = (W + W.T) / 2
+    given = [sp.Symbol(f"given {k}", real=True) for k in range(2)]
+    near, slow, A, B = list[ca.SX](), list[ca.SX](), list[ca.SX](), list[ca.SX]()
+    for i in range(n):
+        own = at.of(i)
+        block, accelerations = W[own, own], b[own]
+        length = length_formula(mechanism, i, given[0])
+        _, *tolerances = closed_within(length, mechanism.system.kinetic_energy, *given)
+        function = expression_function("closed", tolerances, (*symbols, *given))
+        within = function(ca.vertcat(x, block[0, 0], accelerations[0]))
+        near.append(within[0])
+        slow.append(within[1])
+        A_stick, B_stick = _sticking(block, accelerations)
+        A.append(A_stick)
+        B.append(B_stick)
+    states = [c.gap for c in contacts] + [c.gap_rate for c in contacts]
+    states += [v for c in contacts for v in c.slip_velocities]
+    motion = expression_function("motion", states, symbols)(x)
+    margins = [bound.margin for bound in mechanism.domain]
+    inside = expression_function("domain", margins, symbols)(x) if margins else ca.SX(0, 1)
+    entries = [motion, *A, *B, *near, *slow, ca.vec(ca.densify(W)), b, inside]
+    return ca.Function("contacts", [x], [ca.cse([ca.densify(ca.vertcat(*entries))])[0]])
+
+
+def motion_function(mechanism: Mechanism, symbols: tuple[Any, ...]) -> ca.Function:
+    """Return the function of all `MotionNumbers`."""
+    import casadi as ca
+
+    x = ca.SX.sym("x", len(symbols))
+    parts = _Parts(mechanism, symbols, x)
+    momenta = list(mechanism.system.still_momenta)
+    at_rest = dict.fromkeys(mechanism.system.q_dot, 0)
+    speeds = [v for c in mechanism.contacts for v in (c.gap_rate, *c.slip_velocities)]
+    still = [v.subs(at_rest) for v in speeds]
+    rest = expression_function(
+        "rest", [*momenta, *still, mechanism.system.kinetic_energy], symbols
+    )(x)
+    count = len(momenta)
+    # See `ContactCoefficients.drive_speeds`.
+    drives = ca.mtimes(rest[:count].T, parts.D).T - rest[count:-1]
+    entries = [ca.vec(parts.J.T), ca.vec(parts.D.T), parts.free, drives, rest[-1]]
+    return ca.Function("motion", [x], [ca.cse([ca.densify(ca.vertcat(*entries))])[0]])
+
+
+class _Parts:
+    """Jacobian J, D = M⁻¹ Jᵀ, the free accelerations M⁻¹ h and the biases of the contacts at x."""
+
+    def __init__(self, mechanism: Mechanism, symbols: tuple[Any, ...], x: ca.SX) -> None:
+        import casadi as ca
+
+        system = mechanism.system
+        size, rows = len(system.q), 3 * len(mechanism.contacts)
+        jacobian = [e for c in mechanism.contacts for J in (c.J_N, c.J_T) for e in J]
+        biases = [e for c in mechanism.contacts for e in c.biases]
+        entries = [*system.mass_matrix, *system.bias_force, *jacobian, *biases]
+        values = expression_function("parts", entries, symbols)(x)
+        mass = ca.reshape(values[: size * size], size, size)
+        force = values[size * size : size * size + size]
+        self.J = ca.reshape(values[size * (size + 1) : -rows], size, rows).T
+        self.biases = values[-rows:]
+        solved = ca.ldl_solve(ca.horzcat(self.J.T, force), *ca.ldl(mass))
+        self.D, self.free = solved[:, :-1], solved[:, -1]
+
+
+def _sticking(W: ca.SX, b: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return A′ and B′; W_nn and b_n where the tangents move as one or not at all."""
+    import casadi as ca
+
+    (t11, t12, t22), (w1, w2) = (W[1, 1], W[1, 2], W[2, 2]), (W[0, 1], W[0, 2])
+    determinant = t11 * t22 - t12 * t12
+    regular = determinant > 1e-12 * t11 * t22
+    safe = ca.if_else(regular, determinant, 1)
+
+    def held(p: ca.SX, q: ca.SX) -> ca.SX:
+        return (p * (t22 * w1 - t12 * w2) + q * (t11 * w2 - t12 * w1)) / safe
+
+    A = ca.if_else(regular, W[0, 0] - held(w1, w2), W[0, 0])
+    return A, ca.if_else(regular, b[0] - held(b[1], b[2]), b[0])

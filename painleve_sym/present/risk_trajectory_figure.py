@@ -1,0 +1,37 @@
+"""The friction from which a robot's contact is at risk, along a motion."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, legend_below, styled
+from painleve_sym.robots.trajectory import RiskTrajectory
+
+_HEIGHT = 2.3
+
+
+@styled
+def risk_trajectory_figure(motion: RiskTrajectory, width: float | None = None) -> Figure:
+    """Return μ_P over time, with the friction coefficient; the width is in inches.
+
+    The time at risk, with μ_P below the friction coefficient, is shaded.
+    """
+    wide = COLUMN if width is None else width
+    figure = Figure(figsize=(wide, _HEIGHT * wide / COLUMN), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot(motion.t, motion.mu_P, color=PALETTE[0], label=r"$\mu_P$")
+    top = float(np.nanquantile(motion.mu_P, 0.95)) * 1.1
+    if motion.mu is not None:
+        axes.axhline(motion.mu, color=REFERENCE, label=r"$\mu$")
+        at_risk = motion.mu_P < motion.mu
+        low = np.minimum(motion.mu_P, motion.mu)
+        shade = axes.fill_between(motion.t, low, motion.mu, where=at_risk, label="at risk")
+        shade.set(color=PALETTE[2], alpha=0.25, linewidth=0)
+        top = max(top, 1.1 * motion.mu)
+    axes.set_ylim(0, top)
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("friction coefficient")
+    handles, names = axes.get_legend_handles_labels()
+    legend_below(figure, dict(zip(names, handles, strict=True)))
+    return figure

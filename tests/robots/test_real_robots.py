@@ -1,0 +1,144 @@
+"""Robots of the package example-robot-data: published digits, Pinocchio, and the page's table."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import painleve_sym as ps
+from painleve_sym.errors import InputError
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = ROOT / "examples" / "studies" / "robots" / "robots.py"
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def study():
+    import sys
+
+    specification = importlib.util.spec_from_file_location("robots_study", SCRIPT)
+    module = importlib.util.module_from_spec(specification)
+    sys.modules["robots_study"] = module
+    specification.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def folder(study):
+    place = study.data_folder()
+    if place is None:
+        pytest.skip("needs the robots of the extra robots: pip install 'painleve-sym[robots]'")
+    return place
+
+
+def case_of(study, title):
+    return next(case for case in study.CASES if case.title == title)
+
+
+def test_anymal_has_the_mobility_of_an_independent_computation(study, folder):
+    contact = study.contact_of(case_of(study, "ANYmal C"), folder)
+    t1, t2, n = (
+        (5.71585191, 0.1044024, 3.2001139),
+        (0.1044024, 1.3136258, 0.19408619),
+        (3.2001139, 0.19408619, 2.17529076),
+    )
+    expected = np.array([t1, t2, n])[np.ix_([2, 0, 1], [2, 0, 1])]
+    np.testing.assert_allclose(contact.mobility(), expected, atol=6e-9)
+    risk = contact.risk(0.8)
+    assert risk.mu_P == pytest.approx(0.6785, abs=5e-5)
+    assert np.degrees(risk.half_angle) == pytest.approx(32, abs=0.5)
+
+
+def test_anymal_with_rotors_stuck_feet_and_locked_joints(study, folder):
+    case = case_of(study, "ANYmal C")
+    path = folder / case.file
+    for armature, mu_P in ((0.01, 0.684), (0.2, 0.720)):
+        robot = ps.robot(path, armature=armature)
+        risk = robot.contact(case.frame, joints=case.joints).risk()
+        assert risk.mu_P == pytest.approx(mu_P, abs=5e-4)
+    robot = ps.robot(path)
+    feet = "LF_FOOT,RF_FOOT,LH_FOOT,RH_FOOT"
+    stuck = robot.contact(feet, joints=case.joints, others="stuck").risk().mu_P
+    assert stuck == pytest.approx(0.678, abs=6e-4)
+    locked = robot.contact(case.frame, joints=case.joints, locked="all").risk().mu_P
+    assert locked == pytest.approx(1.076, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("title", "mu_P"),
+    [("HyQ", 1.241), ("Bolt", 1.313), ("Solo 12", 1.660), ("Go2", 1.677), ("A1", 3.664)],
+)
+def test_other_standing_robots(study, folder, title, mu_P):
+    risk = study.contact_of(case_of(study, title), folder).risk()
+    assert risk.mu_P == pytest.approx(mu_P, abs=5e-4)
+
+
+def test_go2_with_rotors_and_locked(study, folder):
+    case = case_of(study, "Go2")
+    heavy = ps.robot(folder / case.file, armature=0.01).contact(case.frame, pose=case.pose)
+    assert heavy.risk().mu_P == pytest.approx(1.322, abs=5e-4)
+    locked = ps.robot(folder / case.file).contact(case.frame, pose=case.pose, locked="all")
+    assert locked.risk().mu_P == pytest.approx(0.946, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    # Not the Panda: Pinocchio moves the finger that mimics the other one by itself.
+    "title",
+    ["ANYmal C", "Go2", "HyQ", "Talos", "UR5", "Solo 12"],
+)
+def test_mobility_is_that_of_pinocchio(study, folder, title):
+    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    case = case_of(study, title)
+    contact = study.contact_of(case, folder)
+    joint = [pin.JointModelFreeFlyer()] if case.floating else []
+    model = pin.buildModelFromUrdf(str(folder / case.file), *joint)
+    data = model.createData()
+    q = pin.neutral(model)
+    if case.floating and case.pose is not None:
+        w, *axis = contact.dynamics.tree.poses[case.pose].base
+        q[3:7] = (*axis, w)
+        q = pin.normalize(model, q)
+    for name in contact.joints:
+        at = model.joints[model.getJointId(name)]
+        value = contact.values[name]
+        q[at.idx_q : at.idx_q + at.nq] = value if at.nq == 1 else (np.cos(value), np.sin(value))
+    M = pin.crba(model, data, q)
+    M = np.triu(M) + np.triu(M, 1).T
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    J = pin.getFrameJacobian(model, data, model.getFrameId(case.frame), world)[:3]
+    W = (J @ np.linalg.solve(M, J.T))[np.ix_([2, 0, 1], [2, 0, 1])]
+    np.testing.assert_allclose(contact.mobility(), W, rtol=0, atol=1e-11 * np.abs(W).max())
+
+
+def test_robot_with_links_of_no_inertia_is_an_error_or_has_rotors(folder):
+    path = folder / "icub_description" / "robots" / "icub.urdf"
+    with pytest.raises(InputError, match="'neck_yaw' turns links without inertia"):
+        ps.robot(path).contact("l_sole", pose="half_sitting").risk()
+    assert ps.robot(path, armature=0.01).contact("l_sole").risk().mu_P > 0
+
+
+def test_share_of_poses_of_anymal_at_risk(study, folder):
+    contact = study.contact_of(case_of(study, "ANYmal C"), folder)
+    share = np.mean(contact.thresholds(contact.random_poses(20_000)) < 1)
+    assert 0.44 < share < 0.51
+
+
+def test_table_of_the_page_is_that_of_the_script(study, folder):
+    page = (ROOT / "docs" / "how-to" / "robot.md").read_text("utf-8")
+    shown = {m[1]: m[0] for m in re.finditer(r"^\| ([A-Za-z][\w ]+) \| `.*\|$", page, re.M)}
+    shown.pop("robot", None)
+    assert set(shown) == {case.title for case in study.CASES}
+    for case in study.CASES:
+        cells = [c.strip() for c in shown[case.title].strip("|").split("|")]
+        row = study.row(case, folder, 5000)
+        numbers = (f"{row['mu_P']:.3f}", f"{row['least_over_normals']:.3f}")
+        assert tuple(cells[3:5]) == numbers
+        assert cells[5].replace(" ", "") == f"{row['share_at_risk']:.0%}"
