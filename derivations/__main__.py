@@ -22,6 +22,7 @@ NAMES = (
     "reverse_chatter",
     "corrected_jump",
     "cone_dual_step",
+    "rod_in_space",
 )
 """In the order in which they build on each other."""
 DERIVATIONS: tuple[Callable[[], Derivation], ...] = tuple(

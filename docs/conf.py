@@ -64,7 +64,13 @@ nb_execution_excludepatterns = ["notebooks/regenerate-the-paper.ipynb"]
 # The page shows notes on what is unconfirmed, as every export does.
 EXPORTED = DOCS / "_generated" / "references.bib"
 EXPORTED.parent.mkdir(exist_ok=True)
-EXPORTED.write_text(references.exported_bibliography(references.read_bibliography()), "utf-8")
+LITERATURE = references.exported_bibliography(references.read_bibliography())
+for work in references.read_bibliography():
+    if not work.authors:
+        # The style asks for the authors of an article.
+        plain = work.bibtex.replace("@article", "@misc").replace("  journal =", "  howpublished =")
+        LITERATURE = LITERATURE.replace(work.bibtex, plain)
+EXPORTED.write_text(LITERATURE, "utf-8")
 bibtex_bibfiles = [EXPORTED.relative_to(DOCS).as_posix()]
 bibtex_default_style = "plain"
 bibtex_cite_id = "{key}"

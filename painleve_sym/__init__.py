@@ -69,6 +69,8 @@ if TYPE_CHECKING:
     from painleve_sym.laws.catalogue import LawsByContact as LawsByContact
     from painleve_sym.laws.catalogue import law as law
     from painleve_sym.laws.closed_forms import closed_forms as closed_forms
+    from painleve_sym.laws.compliance import Branch as Branch
+    from painleve_sym.laws.compliance import Exit as Exit
     from painleve_sym.laws.contact_law import ContactLaw as ContactLaw
     from painleve_sym.laws.rigid_contact import RigidLaw as RigidLaw
     from painleve_sym.mechanics.bodies import Body as Body
@@ -184,6 +186,7 @@ _NAMES = {
     "hybrid.automaton": ("HybridAutomaton",),
     "laws.catalogue": ("LawsByContact", "law"),
     "laws.closed_forms": ("closed_forms",),
+    "laws.compliance": ("Branch", "Exit"),
     "laws.contact_law": ("ContactLaw",),
     "laws.rigid_contact": ("RigidLaw",),
     "mechanics.bodies": ("Body", "Load", "Mode", "NaturalPeriod", "Spring"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import functools
 import itertools
 import math
@@ -76,7 +77,8 @@ def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") 
             content = file.read(most + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{where}: {reason}. Fix: name a readable {kind}.") from error
+        near = _near_file(path) if isinstance(error, FileNotFoundError) else ""
+        raise InputError(f"{where}: {reason}.{near} Fix: name a readable {kind}.") from error
     if len(content) > most:
         raise InputError(f"{where}: got more than {most} bytes. Fix: name a {kind}.")
     try:
@@ -84,6 +86,15 @@ def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") 
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise InputError(f"{where}, line {line}: not UTF-8 text. Fix: save it as UTF-8.") from error
+
+
+def _near_file(path: Path) -> str:
+    """Return a question with the name of a file beside an absent one that is much like it."""
+    with suppress(OSError):
+        kept = (p.stem for p in path.parent.iterdir() if p.suffix == path.suffix)
+        for stem in difflib.get_close_matches(path.stem, list(itertools.islice(kept, 1000)), n=1):
+            return f" Did you mean {str(path.with_stem(stem))!r}?"
+    return ""
 
 
 MAX_NESTING = 32

@@ -24,6 +24,7 @@ EXPLANATIONS = (
     "derivations/README.md",
     "experiments.md",
     "friction-laws.md",
+    "impacts-in-space.md",
     "impacts.md",
     "maps.md",
     "paradox-in-space.md",

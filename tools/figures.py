@@ -68,6 +68,11 @@ SCRIPTS = (
         "--draw --out {}",
         (*_beside("rigid_rod", "landing"), *_beside("rigid_rod", "landing-maps")),
     ),
+    Script(
+        "paradox_in_space/paradox_in_space.py",
+        "--draw --out {}",
+        _beside("paradox_in_space", "paradox-in-space"),
+    ),
     Script("singular_point/fates.py", "--draw --out {}", _beside("singular_point", "fates")),
     Script("reverse_chatter/growth.py", "--draw --out {}", _beside("reverse_chatter", "growth")),
     Script(
@@ -78,6 +83,7 @@ SCRIPTS = (
     Script("sensitive_impact.py", "{}/sensitive-impact", _of_pages("sensitive-impact")),
     Script("sticking_feet.py", "{}/sticking-feet", _of_pages("sticking-feet")),
     Script("impact_energy.py", "3000 1 {}/impact-energy", _of_pages("impact-energy")),
+    Script("impact_in_space.py", "1000 {}/impact-in-space", _of_pages("impact-in-space")),
     Script("corrected_jump/corrected_jump.py", "{}", _of_pages("corrected-jump")),
     Script(
         "critical_force/study.py",

@@ -215,11 +215,13 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
         "classify cart-pendulum --state phi=2.9 --set F=-10",
         "classify painleve-klein",
         "classify block-two-feet",
+        "classify rod-3d --state theta=1,theta_dot=5,x_A_dot=-1",
         "classify {folder}/stribeck.toml",
     ),
     "jump": (
         f"jump rod --state {TABLE_3} --law bilinear-hertz",
         "jump painleve-klein",
+        "jump rod-3d --state theta=1,x_A_dot=-1,y_A_dot=0.1",
     ),
     "simulate": (
         f"simulate rod --state {TABLE_3} --law bilinear-hertz --t-end 1e-3 --samples 3",
@@ -231,7 +233,10 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     ),
     "animate": ("animate rod --law rigid --t-end 0.01 --duration 1 --out {folder}/rod.gif",),
     "explore": ("explore rod --out {folder}/rod.html",),
-    "map": ("map rod --over theta,theta_dot --points 9 --out {folder}/map.json",),
+    "map": (
+        "map rod --over theta,theta_dot --points 9 --out {folder}/map.json",
+        "map rod-3d --over theta,theta_dot --points 9 --out {folder}/map-3d.json",
+    ),
     "critical": (f"critical rod --state {TABLE_4} --gradient mu",),
     "sweep": ("sweep {folder}/sweep.toml --out {folder}/sweep.npz",),
     "contrast": (f"contrast rod --state {TABLE_3}",),

@@ -20,6 +20,8 @@ from painleve_sym.contacts.classify import Classification, solution_name
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.problem import ContactCase
 
+_CONTINUUM = "Forces that belong to a continuum of solutions: one of them is shown."
+
 
 def classify(arguments: argparse.Namespace) -> int:
     """Print the rigid contact problem at a state with every solution."""
@@ -108,6 +110,8 @@ def _show_in_space(classification: SpatialClassification) -> None:
         forces, rates = ("F_n [N]", "F_t1 [N]", "F_t2 [N]"), ("a_n [m/s^2]", "a_t1", "a_t2")
         head = (*names, "slip [rad]", *forces, *rates)
         show_table(head, rows_of, left=tuple(range(len(names))))
+    if any(s.isolated is False for s in solutions):
+        show(_CONTINUUM)
     if not problem.complete:
         show(problem.guarantee)
 
@@ -179,7 +183,7 @@ def _show_solutions(classification: Classification) -> None:
     head = (*names, "F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
     show_table(head, rows, left=tuple(range(len(names))))
     if not classification.single and any(s.isolated is False for s in classification.solutions):
-        show("Forces that belong to a continuum of solutions: one of them is shown.")
+        show(_CONTINUUM)
 
 
 def _show_chatter(classification: Classification) -> None:

@@ -131,7 +131,15 @@ def read_positive(where: str, text: str, unit: str) -> list[float]:
 
 def read_slip(where: str, text: str) -> int | float:
     """Return -1 or 1, the sign of the slip velocity, or else an angle in rad."""
-    return int(text) if text.strip() in ("-1", "1", "+1") else read_number(where, text, "rad")
+    if text.strip() in ("-1", "1", "+1"):
+        return int(text)
+    try:
+        return read_number(where, text, "rad")
+    except InputError:
+        raise InputError(
+            f"{where}: got {text!r}, need -1 or 1, the sign of v_t, or in space an angle, such as "
+            "0.5 or 30deg."
+        ) from None
 
 
 def read_range(

@@ -21,7 +21,7 @@ from painleve_sym.cli.output import (
     show_notices,
     show_table,
 )
-from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.contacts.impact.jump import JumpResult, in_each_direction
 from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import to_plain
@@ -132,19 +132,16 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     value = scenario.coefficient_of(rule)
     show(f"{rule.title}, {rule.parameter.name} = {number(value)}")
     show()
-    head = ("phase", "P_n [N s]", "P_t [N s]", "stored [J]")
-    show_table(
-        head,
-        [
-            (
-                p.name,
-                number(p.normal_impulse),
-                number(p.tangential_impulse),
-                number(p.stored_energy),
-            )
-            for p in impact.phases
-        ],
-    )
+    in_space = scenario.mechanism().outline.in_space
+    tangents = ("P_1 [N s]", "P_2 [N s]") if in_space else ("P_t [N s]",)
+    head = ("phase", "P_n [N s]", *tangents, "stored [J]", *(["slip [rad]"] if in_space else []))
+    rows = []
+    for p in impact.phases:
+        P_t = map(number, in_each_direction(p.tangential_impulse))
+        slip = "" if p.direction is None else number(p.direction)
+        cells = (p.name, number(p.normal_impulse), *P_t, number(p.stored_energy))
+        rows.append((*cells, slip) if in_space else cells)
+    show_table(head, rows)
     show()
     show("velocities at the end of each phase")
     units = scenario.mechanism().state_units

@@ -2,12 +2,15 @@
 
 Rows and forces are ordered n, t1, t2, and e is the direction (cos φ, sin φ) in which slip begins::
 
-    W = [[W_nn, w'], [w, T]],    F = F_n (1, -μ e),    a_n = 0,    a_t = λ e with λ > 0
+    W = [[W_nn, w'], [u, T]],    F = F_n (1, -μ e),    a_n = 0,    a_t = λ e with λ > 0
 
 give two equations for F_n, with e⊥ the direction a right angle ahead of e:
 
     A F_n + b_n = 0,         A(φ) = W_nn - μ w·e
-    h F_n + b_t·e⊥ = 0,      h(φ) = e⊥·(w - μ T e)
+    h F_n + b_t·e⊥ = 0,      h(φ) = e⊥·(u - μ T e)
+
+A mobility is symmetric, u = w; the W of one contact alone is not where the forces of others follow
+from its own.
 
 Both hold where G(φ) = A (b_t·e⊥) - b_n h vanishes. G is a trigonometric polynomial of degree 2, so
 its zeros are those roots of a polynomial of degree 4 in exp(iφ) that lie on the unit circle.
@@ -56,7 +59,7 @@ def forces_at_rest(W: list[Vector], b: Vector, mu: float) -> Iterator[RestForce]
     Parameters
     ----------
     W : list of 3 rows
-        Mobility, symmetric, scaled to order one.
+        Mobility, scaled to order one; not symmetric where other contacts are eliminated.
     b : list of 3 float
         Free acceleration, scaled to order one.
     mu : float
@@ -71,16 +74,20 @@ def forces_at_rest(W: list[Vector], b: Vector, mu: float) -> Iterator[RestForce]
 
 
 def _slipping(W: list[Vector], b: Vector, mu: float) -> Iterator[RestForce]:
-    (nn, w1, w2), (_, t11, t12), (_, _, t22) = W
+    (nn, w1, w2), (u1, t11, t12), (u2, t21, t22) = W
     b_n, b_1, b_2 = b
-    constant = -mu * (w1 * b_2 - w2 * b_1) / 2
-    first = complex(nn * b_2 - b_n * w2, b_n * w1 - nn * b_1)
-    second = mu * complex(
-        b_n * t12 - (w1 * b_2 + w2 * b_1) / 2, b_n * (t22 - t11) / 2 - (w2 * b_2 - w1 * b_1) / 2
+    constant = mu * (b_n * (t21 - t12) - (w1 * b_2 - w2 * b_1)) / 2
+    first = complex(nn * b_2 - b_n * u2, b_n * u1 - nn * b_1)
+    second = (
+        mu
+        / 2
+        * complex(
+            b_n * (t12 + t21) - (w1 * b_2 + w2 * b_1), b_n * (t22 - t11) - (w2 * b_2 - w1 * b_1)
+        )
     )
-    size_b = math.hypot(b_1, b_2)
-    terms = nn * size_b + abs(b_n) * math.hypot(w1, w2)
-    terms += mu * (math.hypot(w1, w2) * size_b + abs(b_n) * (t11 + t22))
+    size_b, size_t = math.hypot(b_1, b_2), math.hypot(t11, t12, t21, t22)
+    terms = abs(nn) * size_b + abs(b_n) * math.hypot(u1, u2)
+    terms += mu * (math.hypot(w1, w2) * size_b + abs(b_n) * size_t)
     everywhere = max(abs(constant), abs(first), abs(second)) <= _VANISHES * terms
     if everywhere:
         angles = [2 * math.pi * k / _SAMPLES for k in range(_SAMPLES)]
@@ -89,10 +96,10 @@ def _slipping(W: list[Vector], b: Vector, mu: float) -> Iterator[RestForce]:
     for angle in angles:
         c, s = math.cos(angle), math.sin(angle)
         A = nn - mu * (w1 * c + w2 * s)
-        along = w1 - mu * (t11 * c + t12 * s), w2 - mu * (t12 * c + t22 * s)
+        along = u1 - mu * (t11 * c + t12 * s), u2 - mu * (t21 * c + t22 * s)
         h, across = along[1] * c - along[0] * s, b_2 * c - b_1 * s
         k, free = along[0] * c + along[1] * s, b_1 * c + b_2 * s
-        small = _VANISHES * (nn + mu * (abs(w1) + abs(w2) + t11 + t22))
+        small = _VANISHES * (abs(nn) + math.hypot(u1, u2) + mu * (math.hypot(w1, w2) + size_t))
         if max(abs(A), abs(h)) > small:
             normal, isolated = (-b_n / A if abs(A) >= abs(h) else -across / h), not everywhere
         else:  # any force, as far as slip does speed up along e
@@ -145,14 +152,14 @@ def _zeros(constant: float, first: complex, second: complex) -> list[float]:
 
 def _sticking(W: FloatArray, b: FloatArray, mu: float) -> Iterator[RestForce]:
     """Yield a force with ``W F + b = 0``, within the friction cone where there is a choice."""
-    stretch, axes = np.linalg.eigh(W)
-    kept = stretch > 3 * RANK * max(float(stretch[-1]), 1.0)
+    left, stretch, right = np.linalg.svd(W)
+    kept = stretch > 3 * RANK * max(float(stretch[0]), 1.0)
     if kept.all():
         yield RestForce(ContactMode.STICK, solve_refined(W, -b).tolist())
         return
-    own = axes[:, kept]
-    force = -own @ ((own.T @ b) / stretch[kept])
-    free = axes[:, ~kept]
+    own = right.T[:, kept]
+    force = -own @ ((left[:, kept].T @ b) / stretch[kept])
+    free = right.T[:, ~kept]
     if free.shape[1] == 1:
         inside = _on_line(force, free[:, 0], mu)
     elif free.shape[1] == 2:

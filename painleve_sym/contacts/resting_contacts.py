@@ -1,4 +1,4 @@
-"""Search for the forces of several contacts of which some rest in space: Newton from many starts.
+"""Forces of several contacts of which some rest in space: Newton's method from many starts.
 
 Normal and friction forces solve a nonlinear complementarity problem, written with projections::
 
@@ -21,9 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.complementarity.solution_sets import RANK, FloatArray
+from painleve_sym.contacts.disc_at_rest import forces_at_rest
 from painleve_sym.contacts.friction_set import Disc, FrictionSet
-from painleve_sym.contacts.local_mode import Vector
+from painleve_sym.contacts.local_mode import ContactMode, Vector
 from painleve_sym.errors import InputError
 
 MAX_STARTS = 1500
@@ -31,6 +32,7 @@ MAX_STARTS = 1500
 
 _SIDES = (12, 8, 6, 4)  # of the pyramids, as many as the number of starts allows
 _ITERATIONS = 40
+_PIECES = {ContactMode.LIFTOFF: 0, ContactMode.SLIP: 1, ContactMode.STICK: 3}
 _STEPS = (1.0, 0.5, 0.25, 0.1, 0.01)  # parts of a Newton step
 _CONVERGED = 1e-11  # of the forces; the law's own residual is checked later
 
@@ -126,6 +128,60 @@ def search(
     return [force.tolist() for force in settled[np.sort(first)]]
 
 
+def solve_one(
+    W: FloatArray,
+    b: FloatArray,
+    mu: Sequence[float],
+    friction: Sequence[FrictionSet],
+    ways: Ways,
+    rows: Rows,
+    resting: int,
+) -> list[tuple[Vector, bool]] | None:
+    """Return the forces of all choices, where one disc rests and the other contacts have pieces.
+
+    Each choice of pieces of the others makes their forces follow from those of the disc, and
+    leaves its own problem, with all its solutions. The parameters are those of `search`, `resting`
+    is the disc. Forces still are to be checked; with each whether it is isolated. None where a
+    choice does not determine the other forces, or there are too many choices.
+    """
+    given = zip(rows, mu, friction, ways, strict=True)
+    contacts = [_Contact(W, own, m, kind, way) for own, m, kind, way in given]
+    others = [c for i, c in enumerate(contacts) if i != resting]
+    choices = [c.choices(0) for c in others]
+    if math.prod(map(len, choices)) > MAX_STARTS:
+        return None
+    own, forces = list(rows[resting]), list[tuple[Vector, bool]]()
+    method = _Pieces(W, b, contacts)
+    for chosen in itertools.product(*choices):
+        free, vanish = _columns(len(b), others, chosen)
+        block, rates = (W @ free)[vanish], (W @ free)[own]
+        if vanish and np.linalg.svd(block, compute_uv=False)[-1] <= RANK * len(b):
+            return None
+        tied = np.linalg.solve(block, np.column_stack([W[vanish][:, own], b[vanish]]))
+        reduced, offset = W[np.ix_(own, own)] - rates @ tied[:, :3], b[own] - rates @ tied[:, 3]
+        for rest in forces_at_rest(reduced.tolist(), offset.tolist(), mu[resting]):
+            whole = -free @ (tied @ [*rest.force, 1.0])
+            whole[own] = rest.force
+            pieces = [len(v) for _, v in chosen]
+            pieces.insert(resting, _PIECES[rest.mode])
+            polished = _newton(method, whole[None], np.array([pieces]))
+            forces += [(f.tolist(), rest.isolated) for f in (*polished, whole)]
+    return forces
+
+
+def _columns(
+    size: int, contacts: Sequence[_Contact], chosen: Sequence[tuple[FloatArray, list[int]]]
+) -> tuple[FloatArray, list[int]]:
+    """Return the directions of the forces of a choice, as columns, and the rows that vanish."""
+    ways = np.zeros((size, sum(g.shape[1] for g, _ in chosen)))
+    column = 0
+    for contact, (way, _) in zip(contacts, chosen, strict=True):
+        end = column + way.shape[1]
+        ways[[contact.n, *contact.t], column:end] = way
+        column = end
+    return ways, [row for _, rows in chosen for row in rows]
+
+
 def _starts(
     W: FloatArray,
     b: FloatArray,
@@ -138,13 +194,7 @@ def _starts(
     """
     starts, pieces = [], []
     for chosen in itertools.product(*choices):
-        ways = np.zeros((len(b), sum(g.shape[1] for g, _ in chosen)))
-        column = 0
-        for contact, (way, _) in zip(contacts, chosen, strict=True):
-            end = column + way.shape[1]
-            ways[[contact.n, *contact.t], column:end] = way
-            column = end
-        vanish = [row for _, rows in chosen for row in rows]
+        ways, vanish = _columns(len(b), contacts, chosen)
         block = (W @ ways)[vanish]
         x = np.linalg.lstsq(block, -b[vanish], rcond=1e-10)[0] if vanish else np.zeros(0)
         starts.append(ways @ x)

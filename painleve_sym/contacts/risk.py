@@ -41,7 +41,7 @@ def slip_direction(W: Array) -> float:
         Mobility with the rows n, t1, t2, or n, t; 1/kg.
     """
     first, second = (*W[1:, 0].tolist(), 0.0)[:2]
-    return math.atan2(second, first)
+    return math.atan2(second + 0.0, first)  # no -0.0, whose angle would be -pi
 
 
 def sector_half_angle(mu_P: float, mu: float) -> float:

@@ -8,8 +8,8 @@ A contact that slides with velocity v along e = v/|v| has F_t = -μ F_n e: in th
 is a planar contact that slides forwards, and what it does across that plane takes no force. So
 while every disc slides, all contacts together are a planar `ContactProblem`, whose kernel finds
 every solution. Discs at rest are not piecewise linear: one alone has its solutions at the roots of
-a polynomial of degree 4 (`disc_at_rest`); several are a nonlinear complementarity problem, for
-which `resting_contacts` searches from many starts.
+a polynomial of degree 4 (`disc_at_rest`), also among contacts that are not such discs; several
+are a nonlinear complementarity problem, for which `resting_contacts` searches from many starts.
 
 References
 ----------
@@ -40,7 +40,7 @@ from painleve_sym.contacts.problem import (
     ContactSolution,
     mobility_matrix_faults,
 )
-from painleve_sym.contacts.resting_contacts import search
+from painleve_sym.contacts.resting_contacts import search, solve_one
 from painleve_sym.errors import InputError, received
 
 _SIGN = 1e-12  # of the terms of an acceleration: what may be missing to its right sign
@@ -205,7 +205,15 @@ class SpatialProblem:
     @property
     def complete(self) -> bool:
         """Whether `solutions` returns every solution, up to those of a continuum."""
-        return not self.resting or len(self.friction) == 1
+        return not self.resting or len(self.friction) == 1 or self._of_one is not None
+
+    @cached_property
+    def _of_one(self) -> list[tuple[Vector, bool]] | None:
+        """Forces where one disc rests among several contacts, all of them; None for others."""
+        if len(self.resting) != 1:
+            return None
+        W, b, mu, _ = self._scaled
+        return solve_one(W, b, mu, self.friction, self.directions, self.rows, *self.resting)
 
     @property
     def guarantee(self) -> str:
@@ -250,6 +258,8 @@ class SpatialProblem:
             )
             return self._checked(given, unit)
         W, b, mu, unit = self._scaled
+        if self._of_one is not None:
+            return self._checked(((f, None, alone) for f, alone in self._of_one), unit)
         ends = search(W, b, mu, self.friction, self.directions, self.rows)
         return self._checked(((force, None, None) for force in ends), unit)
 
@@ -408,10 +418,12 @@ class _BallLaw:
         self.ways = problem.directions
         self.parts = [part for own in problem.rows for part in ([own[0]], list(own[1:]))]
         self.count = len(problem.friction)
+        rows: list[Vector] = W.tolist()
         self.sizes = [
-            [float(np.linalg.norm(W[np.ix_(p, q)], 2)) for q in self.parts] for p in self.parts
+            [math.hypot(*(rows[i][j] for i in p for j in q)) for q in self.parts]
+            for p in self.parts
         ]
-        self.offsets = [float(np.linalg.norm(b[p])) for p in self.parts]
+        self.offsets = self._lengths(b)
 
     def _lengths(self, vector: npt.NDArray[np.float64]) -> Vector:
         return [math.hypot(*vector[p].tolist()) for p in self.parts]

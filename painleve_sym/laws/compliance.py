@@ -49,6 +49,13 @@ class Exit:
 
     The guard is in δ, δ̇, memory and parameters; the target is the next branch, or SEPARATED. New
     values of the memory are in δ and the old one; what is absent is kept.
+
+    Examples
+    --------
+    >>> from painleve_sym import EventKind, Exit
+    >>> from painleve_sym.laws.compliance import DELTA, SEPARATED
+    >>> Exit(EventKind.SEPARATION, DELTA, SEPARATED).guard
+    delta
     """
 
     kind: EventKind
@@ -63,6 +70,14 @@ class Branch:
 
     The force is ≥ 0, N. The stored energy is what this contact can still give back, J; the
     dissipated power is lost for good, W.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> [branch.name for branch in ps.laws.hertz().branches]
+    ['compression', 'restitution']
+    >>> ps.laws.linear().branches[0].stored_energy
+    K_e*delta**2/2
     """
 
     name: str

@@ -199,7 +199,7 @@ class Mechanism(Shown, Deferred):
         if self.outline.in_space:
             raise InputError(
                 f"mechanism {self.name!r} is in space, which is not offered here yet. "
-                "Fix: use classify, derive or map, or a planar mechanism."
+                "Fix: use classify, derive, jump or map, or a planar mechanism."
             )
 
     def only(self, name: str) -> Mechanism:

@@ -98,8 +98,8 @@ class Simulator:
     Raises
     ------
     InputError
-        A contact without a law, a law for a contact that there is not, or laws that do not go
-        together.
+        A mechanism in space, a contact without a law, a law for a contact that there is not, or
+        laws that do not go together.
 
     Examples
     --------
@@ -121,6 +121,7 @@ class Simulator:
         values = {"mechanism": as_mechanism(mechanism), "law": as_law(law), "engine": name}
         for attribute, value in values.items():
             object.__setattr__(self, attribute, value)
+        self.mechanism.require_planar()
         _ = self.contact  # rejects laws that do not fit the contacts, or each other
 
     def __repr__(self) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from painleve_sym.contacts.classify import Classification
-from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.contacts.impact.jump import JumpResult, in_each_direction
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -116,7 +116,9 @@ def _classification(classification: Classification) -> list[str]:
 
 def _jump(jump: JumpResult) -> list[str]:
     """Return the phases, and the velocities before and after."""
-    head = ("phase", "P_n (N s)", "P_t (N s)", "energy gained (J)", "v_t (m/s)", "v_n (m/s)")
+    tangents = ("1", "2") if any(p.in_space for p in jump.phases) else ("t",)
+    impulses, slips = [f"P_{t} (N s)" for t in tangents], [f"v_{t} (m/s)" for t in tangents]
+    head = ("phase", "P_n (N s)", *impulses, "energy gained (J)", *slips, "v_n (m/s)")
     rows = [
         (
             p.name,
@@ -124,9 +126,9 @@ def _jump(jump: JumpResult) -> list[str]:
                 f"{v:.6g}"
                 for v in (
                     p.normal_impulse,
-                    p.tangential_impulse,
+                    *in_each_direction(p.tangential_impulse),
                     p.stored_energy,
-                    p.slip_velocity,
+                    *in_each_direction(p.slip_velocity),
                     p.normal_velocity,
                 )
             ),

@@ -63,5 +63,5 @@ def sensitivity_figure(
             axes.axvline(e.event.time * 1e3, label="_" if i else "event", **line)
     panels[1].set_ylabel(f"change of {label}")
     panels[1].set_xlabel(text_label("time", "ms"))
-    legend_below(figure, legend_entries(panels))
+    legend_below(figure, legend_entries(panels[1:]))
     return figure

@@ -91,8 +91,9 @@ class Scenario:
         InputError where it is not readable, not TOML, or has unknown keys or names, or entries of a
         wrong type or out of range: all of them, each with its line.
         """
+        # A file that is not there may be of a mechanism, too.
+        text = read_text(path, f"mechanism or scenario file {path}", MAX_FILE)
         where = f"scenario file {path}"
-        text = read_text(path, where, MAX_FILE)
         return cls.from_data(parse_toml(text, where), str(path), toml_lines(text))
 
     @classmethod
@@ -283,7 +284,6 @@ class Scenario:
         """Return the velocity jump at the state, which must be on the surface."""
         mechanism, rule = self.mechanism(), restitution_law(self.restitution)
         mechanism.require_one_contact()
-        mechanism.require_planar()
         if mechanism.outline.contacts[0].bilateral:
             if self.e is not None:
                 raise InputError(

@@ -22,6 +22,7 @@ from tests.benchmarks import (
     bench_call,
     bench_corrected_jump,
     bench_explorer,
+    bench_impact_in_space,
     bench_many,
     bench_modes,
     bench_numerics,
@@ -149,6 +150,20 @@ def jumps() -> dict[str, Any]:
     return {"seconds": times, "wanted": {"corrected jump from rest, s": limit}}
 
 
+def impacts_in_space() -> dict[str, Any]:
+    """Return the cost of an impact of one contact in space, s."""
+    times = bench_impact_in_space.measure()
+    print(f"impact in space: {times}")
+    wanted = {
+        f"impact in space, {title}, s": {
+            "measured": line["compiled"],
+            "at_most": bench_impact_in_space.LIMIT,
+        }
+        for title, line in times.items()
+    }
+    return {"seconds": times, "wanted": wanted}
+
+
 def modes() -> dict[str, Any]:
     """Return the cost of natural modes in both integrators, and that of ten in rigid rods."""
     cases = bench_modes.measure()
@@ -182,6 +197,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "calls": calls,
         "derivatives": derivatives,
         "corrected_jump": jumps,
+        "impacts_in_space": impacts_in_space,
         "modes": modes,
         "explorer": bench_explorer.measure,
         "numerics": lambda: numerics(max(o.repeats // 10, 1)),

@@ -196,3 +196,16 @@ def test_scenario_can_be_used_from_python(file):
     assert scenario.classify().case.value == "inconsistent"
     assert scenario.simulate().events[-1].kind == "separation"
     assert scenario.jump().velocity["x_A_dot"] == 0
+
+
+def test_an_absent_file_is_called_a_file_with_the_nearest_name(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hammer.toml").write_text("")
+    code, out, err = run(capsys, "simulate", "hammr.toml", "--law", "hertz")
+    assert (code, out) == (2, "")
+    assert err == (
+        "painleve: error: mechanism or scenario file hammr.toml: No such file or directory. "
+        "Did you mean 'hammer.toml'? Fix: name a readable TOML file.\n"
+    )
+    code, _, err = run(capsys, "simulate", "another.toml", "--law", "hertz")
+    assert code == 2 and "Did you mean" not in err

@@ -1,9 +1,13 @@
 """The examples of docs/paradox-in-space.md print what they say; its formulas hold."""
 
 import doctest
+import json
+import re
 from pathlib import Path
 
 import sympy as sp
+
+from tests.site_pages import Page
 
 ROOT = Path(__file__).parents[2]
 
@@ -12,6 +16,29 @@ def test_examples_of_the_page_print_what_they_say():
     page = ROOT / "docs" / "paradox-in-space.md"
     result = doctest.testfile(str(page), module_relative=False)
     assert result.attempted >= 9 and result.failed == 0
+
+
+def test_command_of_the_page_prints_what_it_shows(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    page = Page(ROOT / "docs" / "paradox-in-space.md", tmp_path)
+    page.run()
+    assert page.commands > 1
+
+
+def test_numbers_of_the_page_are_those_of_the_study():
+    text = (ROOT / "docs" / "paradox-in-space.md").read_text("utf-8")
+    kept = ROOT / "examples" / "studies" / "paradox_in_space" / "paradox-in-space.json"
+    data = json.loads(kept.read_text("utf-8"))
+    for theta, rate in data["turning"]["crossings"]:
+        assert f"({theta:.6f}, {rate:.6f})" in text
+    counts = {n: f"{count:,}".replace(",", " ") for n, count in data["at_rest"].items()}
+    assert set(counts) == {"1", "3"}
+    assert f"{counts['1']} have one solution and {counts['3']} have three" in text
+    assert max(row["error"] for row in data["sectors"]) < 2e-15
+    widest = {row["mu"]: max(abs(p[1] - 3.141592653589793) for e in row["pieces"] for p in e)
+              for row in data["sectors"]}  # fmt: skip
+    shown = re.search(r"± ([\d.]+)° at μ = 1\.4, ± ([\d.]+)° at\s+μ = 2", text).groups()
+    assert [f"{widest[mu] * 57.29577951308232:.1f}" for mu in (1.4, 2.0)] == list(shown)
 
 
 def test_third_derivative_of_the_proof():

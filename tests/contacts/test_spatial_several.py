@@ -99,6 +99,39 @@ def test_sliding_discs_are_the_planar_contacts_of_their_slip():
     assert len(counts) > 1
 
 
+def test_one_disc_at_rest_among_others_has_all_its_solutions():
+    """Against the search from many starts, and against contacts that do not feel each other."""
+    rng, counts = np.random.default_rng(9), set()
+    for k in range(40):
+        other = (ps.Disc, ps.Interval)[k % 2](rng.uniform(0.1, 3))
+        sets = [ps.Disc(rng.uniform(0.1, 3)), other]
+        size = 4 + other.n_tangents
+        slip = [(0.0, 0.0), rng.normal(size=other.n_tangents)]
+        if k % 4 == 1:
+            slip[1] = [0.0]
+        W, b = definite(rng, size), rng.normal(size=size)
+        problem = ps.SpatialProblem(W, b, sets, slip)
+        assert problem.complete and "all solutions" in problem.guarantee
+        searched = ps.SpatialProblem(W, b, sets, slip)
+        vars(searched)["_of_one"] = None
+        assert not searched.complete
+        own = all_forces(problem.solutions())
+        assert_same(own, all_forces(searched.solutions()))
+        counts.add(len(own))
+    assert {0, 1, 2} <= counts
+    for _ in range(20):
+        (W, b, mu), (V, a, nu) = (random_problem(rng) for _ in range(2))
+        W, b, V, a = W / W[0, 0], b / np.abs(b).max(), V / V[0, 0], a / np.abs(a).max()
+        v = rng.normal(size=2)
+        singles = ps.contact(W, b, mu).solutions, ps.contact(V, a, nu, v).solutions
+        whole = ps.SpatialProblem(
+            block_diag(W, V), [*b, *a], [ps.Disc(mu), ps.Disc(nu)], [(0.0, 0.0), v]
+        )
+        pairs = itertools.product(*singles)
+        expected = [np.concatenate([s.force for s in pair]) for pair in pairs]
+        assert_same(all_forces(whole.solutions()), expected)
+
+
 def test_discs_in_a_plane_of_symmetry_have_the_planar_solutions():
     rng = np.random.default_rng(7)
     inside = [0, 1, 3, 4]

@@ -175,7 +175,7 @@ def test_opening_and_statements_have_the_numbers_of_the_study():
         rigid, sprung = (rise[friction, m][1] for m in ("rigid", "tangential"))
         assert sprung == pytest.approx(rigid, rel=0.01)
     stops = {(r["mu"], r["model"]): r["stops"] for r in DATA["curve"]}
-    assert stops[0.4, study.BAR_MODES] == 0 and stops[0.5, study.BAR_MODES] == 1
+    assert stops[0.4, study.MODES] == 0 and stops[0.5, study.MODES] == 1
     assert stops[0.9, "rigid"] == 0 and stops[1.0, "rigid"] > 0.5
 
 
@@ -183,11 +183,49 @@ def test_intervals_contain_what_the_modes_leave():
     """They reach to the limit of the chain of particles, at the middle values."""
     left = study.truncation(DATA["oracle"])
     assert 0.7 < left["slip_stop"] < 1 < left["rise"] < 1.1
-    assert f"multiplied by {left['slip_stop']:.2f}" in PAGE
+    words = "multiplied by {slip_stop:.2f}, of contacts by {contact:.2f} "
+    words += "and of peaks by {peak_force:.2f}"
+    assert words.format(**left) in " ".join(PAGE.split())
     assert f"by {left['rise']:.2f}, by which" in PAGE
     kept = row(DATA["rod"], friction="0.6 ± 10 %", model=study.MODES)
     (line,) = study.rod_rows([kept], "friction", left)
     assert f"{1e3 * kept['rise'][2] * left['rise']:.2f})" in line[-1]
+
+
+def test_dropped_bars_have_the_error_of_truncation_beside_them():
+    """It is what halving the modes changes; 20,10 modes change far less."""
+    rows = {(r["model"], r["length"], r["theta"]): r for r in (*DATA["bars"], *DATA["bar modes"])}
+    for length in study.LENGTHS:
+        for theta in study.TABLE_ANGLES:
+            all_modes = rows[study.MODES, length, theta]["restitution"]
+            half = rows[study.HALF, length, theta]["restitution"][1]
+            error = study.truncation_of_bar(rows, length, theta)
+            assert error == abs(all_modes[1] - half)
+            assert f"{study.interval(all_modes)} ± {error:.3f}; " in PAGE
+    medians = {key: r["restitution"][1] for key, r in rows.items()}
+    changes = {
+        (length, theta): abs(
+            medians[study.MODES, length, theta] - medians[study.HALF, length, theta]
+        )
+        for length in study.LENGTHS
+        for theta in study.ANGLES
+    }
+    words = " ".join(PAGE.split())
+    most = max(v for (length, theta), v in changes.items() if length == 0.4 and theta < 1.15)
+    assert f"move by up to {most:.2f} from 8,4 to 16,8 modes up to 1.1 rad" in words
+    assert max(v for (n, theta), v in changes.items() if n == 0.4 and theta > 1.15) < 0.005
+    assert max(v for (n, _), v in changes.items() if n < 0.4) < 0.01
+    least, short = (
+        min(medians[study.MODES, n, theta] for theta in study.ANGLES) for n in (0.4, 0.06)
+    )
+    assert f"from {least:.2f} at θ = 1.1 to {medians[study.MODES, 0.4, 1.5]:.2f} near" in words
+    assert f"varies between {short:.2f} and {medians[study.MODES, 0.06, 0.2]:.2f}" in words
+    contacts = max(r["contacts"][1] for key, r in rows.items() if key[0] == study.MODES)
+    assert f"up to {contacts:.0f} times at 400 mm" in words
+    for theta in study.TABLE_ANGLES:
+        long = study.LENGTHS[-1]
+        more, all_modes = (rows[m, long, theta]["restitution"][1] for m in ("20,10", study.MODES))
+        assert abs(more - all_modes) < 0.0055
 
 
 def test_contacts_that_yield_and_hard_tips_keep_the_verdict():

@@ -301,7 +301,7 @@ def test_several_contacts_are_refused_with_their_names():
     [
         ({"steps": ()}, "steps: got none"),
         ({"steps": (-1e-3,)}, "step: got -0.001"),
-        ({"steps": (float("nan"),)}, "step: got nan"),
+        ({"steps": (float("nan"),)}, "steps: got nan"),
         ({"stiffness": (0.0,)}, "0 < E"),
         ({"e": 2.0}, "0 <= e_energetic <= 1"),
         ({"solvers": ("lemk",)}, "Did you mean 'lemke'?"),

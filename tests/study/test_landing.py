@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+import painleve_sym as ps
 from tests.study.study_scripts import study_script
 
 ROOT = Path(__file__).parents[2]
@@ -63,6 +64,32 @@ def test_stop_and_peak_are_those_of_another_integrator(counts):
     t = np.linspace(0, exact, 2001)
     force = [HERTZ.K * max(depth(x, run.sol(x)[:n]), 0.0) ** 1.5 for x in t]
     assert peak == pytest.approx(max(force), rel=2e-3)  # the kernel's is that of a whole step
+
+
+def test_modes_tend_to_the_closed_receptances_of_all_modes():
+    """At a growth rate: with order 3 in bending modes, with order 1 along the axis."""
+    p = 1000.0
+    exact = [g[0] for g in theory.euler_bernoulli(STEEL)(np.array([p]))]
+    left = []
+    for counts in ((40, 20), (80, 40)):
+        modes = study.Modes(STEEL, *counts)
+        terms = modes.ends**2 / (modes.mass * (p**2 + modes.rates**2))
+        sums = terms[modes.across].sum(), terms[~modes.across].sum()
+        left.append([1 - s / e for s, e in zip(sums, exact, strict=True)])
+    assert 0 < left[1][0] < 2e-4 and 0 < left[1][1] < 1e-3
+    assert left[0][0] / left[1][0] == pytest.approx(8, rel=0.05)
+    assert left[0][1] / left[1][1] == pytest.approx(2, rel=0.05)
+
+
+def test_forces_drive_the_modes_as_the_mobility_of_the_package_has_it():
+    bending = ps.model("rod-bending:2,1")
+    modes = study.Modes(STEEL, 2, 1)
+    for theta, mu in ((0.7, 0.9), (1.3, 0.4)):
+        (normal,), _, (push,) = modes.rows(theta, mu)
+        at = ps.classify(bending, {"theta": theta, "x_A_dot": -1.0}, parameters={"mu": mu})
+        W = at.problem.W
+        assert normal @ push / modes.mass == pytest.approx(W[0, 0] + mu * W[0, 1], rel=1e-12)
+        assert normal @ normal / modes.mass == pytest.approx(W[0, 0], rel=1e-12)
 
 
 @pytest.mark.parametrize("off", [2e-3, -2e-3])

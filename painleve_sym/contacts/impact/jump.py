@@ -14,6 +14,7 @@ from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.contacts.inputs import place_of, refuse_outside
 from painleve_sym.errors import InputError
+from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
@@ -37,14 +38,21 @@ class JumpPhase:
     name : str
         As in `ImpactPhase`: ``tangential``, ``sticking compression`` and ``sticking restitution``
         in the paper's three-phase jump.
-    normal_impulse, tangential_impulse : float
+    normal_impulse : float
         N s.
+    tangential_impulse : float or tuple of float
+        Along the slip velocity, in space along t1 and t2; N s.
     stored_energy : float
         Energy the compression gains, negative in restitution; J.
     velocity : mapping of str to float
         Velocities of the mechanism at the end of the phase, by state name (``theta_dot``).
-    slip_velocity, normal_velocity : float
+    slip_velocity : float or tuple of float
+        Of the contact at the end of the phase, in space along t1 and t2; m/s.
+    normal_velocity : float
         Of the contact at the end of the phase; m/s.
+    direction : float or None
+        In space the angle from t1 to t2 of the slip at the end of the phase, or of that along which
+        it stops there; rad. None in sticking, and in the plane.
 
     Examples
     --------
@@ -59,16 +67,29 @@ class JumpPhase:
 
     name: str
     normal_impulse: float
-    tangential_impulse: float
+    tangential_impulse: float | tuple[float, float]
     stored_energy: float
     velocity: Mapping[str, float]
-    slip_velocity: float
+    slip_velocity: float | tuple[float, float]
     normal_velocity: float
+    direction: float | None = None
 
     def __repr__(self) -> str:
         """Return name and impulses in one line."""
-        impulses = f"P_n = {self.normal_impulse:.6g} N s, P_t = {self.tangential_impulse:.6g} N s"
-        return f"JumpPhase {self.name!r}: {impulses}"
+        P_t = ", ".join(f"{P:.6g}" for P in in_each_direction(self.tangential_impulse))
+        P_t = f"({P_t})" if self.in_space else P_t
+        return f"JumpPhase {self.name!r}: P_n = {self.normal_impulse:.6g} N s, P_t = {P_t} N s"
+
+    @property
+    def in_space(self) -> bool:
+        """Whether the contact has two tangents."""
+        return isinstance(self.tangential_impulse, tuple)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys; `direction` only in space."""
+        own = ("name", "normal_impulse", "tangential_impulse", "stored_energy", "velocity")
+        ends = ("slip_velocity", "normal_velocity", *(["direction"] if self.in_space else []))
+        return plain_fields(self, *own, *ends)
 
 
 @dataclass(frozen=True)
@@ -79,8 +100,9 @@ class JumpResult(Shown):
     ----------
     mechanism, restitution : str
         Names.
-    slip : int
-        Sign of the slip velocity before the impact, 0 for a start at v_t = 0.
+    slip : int, float or None
+        Sign of the slip velocity before the impact, 0 for a start at v_t = 0; in space its angle
+        from t1 to t2 in rad, None for such a start.
     phases : tuple of JumpPhase
         Those before the jam where the impact jams, else all.
     energy_change : float
@@ -111,7 +133,7 @@ class JumpResult(Shown):
 
     mechanism: str
     restitution: str
-    slip: int
+    slip: float | None
     phases: tuple[JumpPhase, ...]
     energy_change: float
     case: ImpactClass
@@ -217,20 +239,26 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     where, of = _where(mechanism), Delassus.of(mechanism)
     at, moves = of.whole_at(values)
     refuse_outside(place, at.margins)
-    v_n, v_t = _contact_velocity(mechanism, values, at, moves)
+    velocity = _contact_velocity(mechanism, values, at, moves)
+    v_n, *v_t = velocity
     if v_n > 0:
         raise InputError(
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
             f"Fix: simulate the flight up to the next contact."
         )
-    slip = (v_t > 0) - (v_t < 0)
-    impact = _solved(law, values, at, (v_n, v_t))
+    slip, slips = _slip_of(v_t), any(v_t)
+    impact = _solved(law, values, at, velocity)
     if impact.case is ImpactClass.NO_IMPACT:
-        raise InputError(f"{where}: {_no_impact(at, slip)}")
+        raise InputError(f"{where}: {_no_impact(at, v_t)}")
     if law.name in RESTITUTIONS:
         phases, energy = _of_impact(mechanism, values, moves, impact), impact.energy_change
-    elif slip and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
-        phases, energy = _of_law(mechanism, law, values, (v_n, v_t))
+    elif len(v_t) > 1:
+        raise InputError(
+            f"{where}: got restitution law {law.name!r} in space, need one of "
+            f"{sorted(RESTITUTIONS)}: other closed forms are planar. Fix: give one of these."
+        )
+    elif slips and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
+        phases, energy = _of_law(mechanism, law, values, (v_n, v_t[0]))
     else:
         raise InputError(
             f"{where}: got restitution law {law.name!r} in an impact of class "
@@ -248,16 +276,27 @@ def _contact_velocity(
     """Return v_n and v_t, each exactly 0 where it is only the rounding of its terms."""
     speeds = [values[name] for name in mechanism.outline.velocity_names]
     velocity = []
-    own = float(at.gap_rate[0]), float(at.slip_velocity[0])
-    for value, row in zip(own, moves.J.tolist(), strict=True):
+    for value, row in zip(at.v.tolist(), moves.J.tolist(), strict=True):
         terms = sum(abs(entry * speed) for entry, speed in zip(row, speeds, strict=True))
         # Adding 0.0 turns -0.0 into 0.0.
         velocity.append(value + 0.0 if abs(value) > ROUND_OFF * terms else 0.0)
     return velocity
 
 
+def _slip_of(v_t: Sequence[float]) -> float | None:
+    """Return the sign of a slip velocity, in space its angle, None at rest."""
+    if len(v_t) == 1:
+        return (v_t[0] > 0) - (v_t[0] < 0)
+    return math.atan2(v_t[1], v_t[0]) if any(v_t) else None
+
+
+def in_each_direction(value: float | tuple[float, float]) -> tuple[float, ...]:
+    """Return a tangential impulse or a slip velocity by tangents: one number or two."""
+    return value if isinstance(value, tuple) else (value,)
+
+
 def _solved(
-    law: RestitutionLaw, values: Values, at: ContactNumbers, velocity: tuple[float, float]
+    law: RestitutionLaw, values: Values, at: ContactNumbers, velocity: Sequence[float]
 ) -> Impact:
     # Whether the slip stops in compression does not depend on the law: any known one tells.
     known = law.name in RESTITUTIONS
@@ -265,13 +304,15 @@ def _solved(
     return solve_impact((at.W + 0.0).tolist(), at.mu.item(), velocity, name, e)
 
 
-def _no_impact(at: ContactNumbers, slip: int) -> str:
-    if not slip:
+def _no_impact(at: ContactNumbers, v_t: Sequence[float]) -> str:
+    speed = math.hypot(*v_t)
+    if not speed:
         return (
             "got v_t = 0 and v_n = 0, need a moving contact: at rest there is no impact without "
             "collision. Fix: give a slip with A < 0, or an approach v_n < 0."
         )
-    A, B = float(at.W[0, 0] - slip * at.mu[0] * at.W[0, 1]) + 0.0, float(at.b[0]) + 0.0
+    along = math.fsum(w * v / speed for w, v in zip(at.W[0, 1:].tolist(), v_t, strict=True))
+    A, B = float(at.W[0, 0] - at.mu[0] * along) + 0.0, float(at.b[0]) + 0.0
     if B > 0:
         answer = "it lifts off (case 2 of the paper, B > 0)"
     elif B == 0:
@@ -292,7 +333,7 @@ def _of_impact(
     directions = (moves.D.T + 0.0).tolist()
     velocity, phases = [values[name] for name in names], []
     for phase in impact.phases:
-        P_n, P_t = impulses = phase.impulse
+        impulses = phase.impulse
         moved = []
         for v, *per_impulse in zip(velocity, *directions, strict=True):
             terms = (v, *(d * P for d, P in zip(per_impulse, impulses, strict=True)))
@@ -302,8 +343,13 @@ def _of_impact(
         named = dict(zip(names, velocity, strict=True))
         # Adding 0.0 turns -0.0 into 0.0.
         stored = -phase.normal_work + 0.0
-        v_n, v_t = phase.velocity
-        phases.append(JumpPhase(phase.name, P_n, P_t, stored, named, v_t, v_n))
+        v_n, *v_t = phase.velocity
+        given = phase.name, phase.normal_impulse, phase.tangential_impulse, stored, named
+        if len(v_t) == 1:
+            phases.append(JumpPhase(*given, v_t[0], v_n))
+            continue
+        angle = math.atan2(phase.direction[1], phase.direction[0]) if any(phase.direction) else None
+        phases.append(JumpPhase(*given, (v_t[0], v_t[1]), v_n, angle))
     return tuple(phases)
 
 

@@ -171,8 +171,8 @@ def solve_impact(
         (v_n, v_t) or (v_n, v_1, v_2) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
     restitution : {"energetic", "poisson", "newton"}
         Agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
-        nothing back without collision, and can add energy (see `Impact.notice`). In the plane the
-        others never do; in space the energetic law never does.
+        nothing back without collision, and can add energy (see `Impact.notice`); the others never
+        do in the impact of this single contact.
     e : float
         Coefficient of restitution of that law, in [0, 1].
 

@@ -106,19 +106,19 @@ static int invariant_directions(const impact *p, double *angle) {
   /* Components along the axis of the smaller and of the larger mobility, made positive. */
   double a = p->w1 * cos(axis) + p->w2 * sin(axis), b = p->w2 * cos(axis) - p->w1 * sin(axis);
   double w1 = fabs(a), w2 = fabs(b), one = a < 0.0 ? -1.0 : 1.0, two = b < 0.0 ? -1.0 : 1.0;
-  double root1 = cbrt(w1), root2 = cbrt(w2), found[4];
+  double root1 = cbrt(w1), root2 = cbrt(w2), directions[4];
   int count = 2;
   if (w1 == 0.0 && w2 == 0.0 && D == 0.0) return 0;
-  found[0] = zero_between(w1, w2, D, 0.0, half, 1);
-  found[1] = zero_between(w1, w2, D, 2 * half, 3 * half, -1);
+  directions[0] = zero_between(w1, w2, D, 0.0, half, 1);
+  directions[1] = zero_between(w1, w2, D, 2 * half, 3 * half, -1);
   if (pow(root1 * root1 + root2 * root2, 1.5) < D) { /* within the astroid */
     double top = 2 * half - atan2(root2, root1);
-    found[2] = zero_between(w1, w2, D, half, top, -1);
-    found[3] = zero_between(w1, w2, D, top, 2 * half, 1);
+    directions[2] = zero_between(w1, w2, D, half, top, -1);
+    directions[3] = zero_between(w1, w2, D, top, 2 * half, 1);
     count = 4;
   }
   for (int i = 0; i < count; i++)
-    angle[i] = axis + atan2(two * sin(found[i]), one * cos(found[i]));
+    angle[i] = axis + atan2(two * sin(directions[i]), one * cos(directions[i]));
   return count;
 }
 

@@ -297,6 +297,7 @@ def region_map(
     where = f"map of {mechanism.name!r}"
     ranges = by_name(ranges, f"{where}: ranges", "{'mu': (0, 2)}")
     parameters = by_name(parameters, f"{where}: parameters", "{'mu': 0.5}")
+    mechanism.require_one_contact()
     in_space = mechanism.outline.in_space
     if slip is None:
         slip = math.pi if in_space else -1

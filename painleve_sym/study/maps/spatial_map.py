@@ -15,6 +15,7 @@ from painleve_sym.codegen.evaluate import at_points
 from painleve_sym.contacts.closing import unknowns
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.local_mode import rounded_difference
+from painleve_sym.contacts.risk import friction_threshold, least_over_normals
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.axes import SLIP_DIRECTION, MapPlace
 from painleve_sym.study.maps.case_codes import LEGEND, opening_case
@@ -59,10 +60,10 @@ class SpatialMap:
                 force = (axes @ along[:, :, None])[:, :, 0]
                 held = np.hypot(force[:, 1], force[:, 2]) <= mu[inside] * force[:, 0]
                 sticks[inside] = regular & (force[:, 0] > 0) & held
-                low, high = np.maximum(stretch[:, 0], 0), stretch[:, 2]
-                bound = 2 * np.sqrt(low * high) / (high - low)
-                critical = matrix[:, 0, 0] / np.hypot(matrix[:, 0, 1], matrix[:, 0, 2])
-            least = {"mu_P": float(critical.min()), "least_over_normals": float(bound.min())}
+            least = {
+                "mu_P": float(friction_threshold(W[:, :, inside]).min()),
+                "least_over_normals": float(least_over_normals(W[:, :, inside]).min()),
+            }
             thresholds = {name: v for name, v in least.items() if np.isfinite(v)}
         fields = {"A": A, "B": B, "A_stick": at.A_stick[0], "B_stick": at.B_stick[0]}
         grids: dict[str, Any] = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
