@@ -5,6 +5,8 @@
 /* Parts of the terms that an inequality is made of: what counts as zero, and what a derivative must
  * add to it over a step to count. */
 static const double PS_ZERO_TERMS = 1e-12, PS_ZERO_SLOPE = 1e-10;
+/* A derivative that rounding of the states changes by this part says nothing. */
+static const double PS_ROUNDED = 1e-3;
 /* Motions whose rates differ by less than this part are one and the same. */
 static const double PS_SAME_MOTION = 1e-8;
 
@@ -42,9 +44,8 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
   call(s, m->tests, x_near, res_near);
   for (int j = 0; j < m->tested; j++) {
     double first = h * d[j], second = 0.5 * h * h * d2[j], slope = PS_ZERO_SLOPE * scale[j];
-    /* A derivative that rounding of the states changes by its size says nothing. */
-    if (fabs(d_near[j] - d[j]) >= fabs(d[j])) first = 0;
-    if (fabs(d2_near[j] - d2[j]) >= fabs(d2[j])) second = 0;
+    if (fabs(d_near[j] - d[j]) >= PS_ROUNDED * fabs(d[j])) first = 0;
+    if (fabs(d2_near[j] - d2[j]) >= PS_ROUNDED * fabs(d2[j])) second = 0;
     double decides = fabs(second) > slope ? second : 0;
     if (!isfinite(v[j])) *missed = HUGE_VAL;
     /* Of motions with as many open parts, the policy takes one by the sign of this value. */
