@@ -12,7 +12,7 @@ from tools import provenance
 from tools.tables import written
 
 STUDY = re.compile(r"examples/studies/([\w/]+)\.(?:py|png)|tests\.benchmarks\.\w+_page")
-COMPARED = {"docs/fit.md", "docs/how-to/fit.md", "docs/how-to/robot.md"}
+COMPARED = {"docs/fit.md", "docs/how-to/fit.md", "docs/how-to/robot.md", "docs/impacts-in-space.md"}
 """Pages whose numbers a test computes again and compares with the page."""
 
 

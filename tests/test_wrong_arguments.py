@@ -157,7 +157,10 @@ def test_argument_of_a_wrong_type_is_one_clear_sentence(tmp_path, monkeypatch, n
         (lambda: run().animate("x.avi"), r"animation: mechanism: got 'x\.avi', need a Mechanism\."),
         (lambda: run().plot("x.png"), r"width: got 'x\.png', need a number > 0 of inches\."),
         (lambda: motion(rtol=0), r"rtol: got 0, need a finite number >= 1e-15 and < 1\."),
-        (lambda: motion(t_end="soon"), r"t_end: got 'soon', need a number\."),
+        (
+            lambda: motion(t_end="soon"),
+            r"t_end: got 'soon', need a number in s, or a number with a unit",
+        ),
         (lambda: motion(max_steps=1.5), r"max_steps: got 1\.5, need a whole number from 1 to"),
         (lambda: motion(atol=[1e-9, 1e-9]), r"atol: got list .* need 8 numbers >= 0, one for each"),
         (lambda: motion(parameters=[1.5]), r"parameters: got list \[1\.5\], need a mapping of"),

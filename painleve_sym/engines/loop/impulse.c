@@ -447,7 +447,7 @@ static int impulses_at_once(const ps_path *path, const double *aim, int moving, 
   ps_piece piece[PS_RIGID];
   const ps_piece *taken[PS_RIGID];
   ps_system system;
-  double fixed[PS_ROWS], right[PS_ROWS], x[PS_ROWS], largest = 0;
+  double fixed[PS_ROWS], right[PS_ROWS] = {0}, x[PS_ROWS], largest = 0;
   ps_square W;
   memcpy(W, path->W, sizeof W);
   for (int i = 0; i < rows; i++) largest = PS_MAX(largest, W[i][i]);
