@@ -101,9 +101,10 @@ def course_in_space(
         )
         name = _PART_NAMES[part] if ray == STOPS else f"{_RAY_NAMES[ray]} {_PARTS[part]}"
         mode = ContactMode.STICK if ray == STICK else ContactMode.SLIP
-        direction = (row[-2] + 0.0, row[-1] + 0.0)
+        # Exactly 0 where it is rounding, so that the angle of a slip along −t1 is π and not −π.
+        c, s = (part if abs(part) > _ROUND_OFF else 0.0 for part in row[-2:])
         phases.append(
-            ImpactPhase(name, mode, P_n, (P_1, P_2), tuple(v_after), work_n, work_t, direction)
+            ImpactPhase(name, mode, P_n, (P_1, P_2), tuple(v_after), work_n, work_t, (c, s))
         )
         if ray == STOPS:
             case = AFTER_STOP[_PARTS[part], rays[i + 1 :][:1] != [RESUMED]]
