@@ -585,7 +585,7 @@ command(
 command(
     "certify",
     "certify",
-    "prove that a contact has no paradox on a box of states and parameters",
+    "prove that a contact has no paradox on a box of states",
     MODEL,
     Option(
         "--over",

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from painleve_sym.errors import InputError
 from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, legend_below, styled
+from painleve_sym.quantities import axis_label, text_label
 from painleve_sym.robots.report import RiskReport
 
 _HEIGHT = 2.6
@@ -38,8 +39,8 @@ def risk_figure(report: RiskReport, width: float | None = None) -> Figure:
     shown = [float(np.quantile(values, 0.95)), report.risk.mu_P * 1.1, (report.risk.mu or 0) * 1.1]
     axes.set_xlim(0, max(v for v in shown if np.isfinite(v)))
     axes.set_ylim(0, 100)
-    axes.set_xlabel(r"$\mu_P$")
-    axes.set_ylabel(r"poses with a smaller $\mu_P$ (%)")
+    axes.set_xlabel(axis_label(r"\mu_P"))
+    axes.set_ylabel(text_label(r"poses with a smaller $\mu_P$", "%"))
     handles, names = axes.get_legend_handles_labels()
     legend_below(figure, dict(zip(names, handles, strict=True)))
     return figure

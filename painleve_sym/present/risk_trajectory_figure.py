@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, legend_below, styled
+from painleve_sym.quantities import text_label
 from painleve_sym.robots.trajectory import RiskTrajectory
 
 _HEIGHT = 2.3
@@ -30,7 +31,7 @@ def risk_trajectory_figure(motion: RiskTrajectory, width: float | None = None) -
         shade.set(color=PALETTE[2], alpha=0.25, linewidth=0)
         top = max(top, 1.1 * motion.mu)
     axes.set_ylim(0, top)
-    axes.set_xlabel("time (s)")
+    axes.set_xlabel(text_label("time", "s"))
     axes.set_ylabel("friction coefficient")
     handles, names = axes.get_legend_handles_labels()
     legend_below(figure, dict(zip(names, handles, strict=True)))

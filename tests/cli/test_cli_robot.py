@@ -71,7 +71,8 @@ def test_figure_and_page_are_written(capsys, tmp_path):
         f"{tmp_path}/p.html",
     )
     assert (code, err) == (0, "")
-    assert "share of poses at risk" in out and f"written: {tmp_path}/risk.svg" in out
+    lines = " ".join(out.split())
+    assert "share of poses at risk" in lines and f"written: {tmp_path}/risk.svg" in lines
     assert (tmp_path / "risk.svg").read_text().startswith("<?xml")
     page = (tmp_path / "p.html").read_text()
     assert page.count("<svg") == 1 and "LF_KFE" in page
