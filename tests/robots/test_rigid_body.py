@@ -72,7 +72,7 @@ def mobility(M, J):
 @pytest.mark.parametrize("base", ["floating", "fixed"])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_mass_jacobian_bias_and_drift_are_those_of_pinocchio(name, base):
-    pin = pytest.importorskip("pinocchio", reason="needs the extra oracles (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
     path = str(path_of(name))
     joint = [pin.JointModelFreeFlyer()] if base == "floating" else []
     model = pin.buildModelFromUrdf(path, *joint)
@@ -109,7 +109,7 @@ def test_mass_jacobian_bias_and_drift_are_those_of_pinocchio(name, base):
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_mass_is_that_of_mujoco(name):
-    mujoco = pytest.importorskip("mujoco", reason="needs the extra oracles (mujoco)")
+    mujoco = pytest.importorskip("mujoco", reason="needs the extra robots (mujoco)")
     model = mujoco.MjModel.from_xml_path(str(path_of(name)))
     data = mujoco.MjData(model)
     tree = robot(name, "fixed")
@@ -127,7 +127,7 @@ def test_mass_is_that_of_mujoco(name):
 # adam 0.5 does not evaluate the two robots of two joints.
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name not in ("two_link", "gantry")])
 def test_mass_and_jacobian_are_those_of_adam(name):
-    pytest.importorskip("adam", reason="needs the extra oracles (adam-robotics)")
+    pytest.importorskip("adam", reason="needs the extra robots (adam-robotics)")
     from adam.casadi import KinDynComputations
 
     tree = robot(name, "floating")
@@ -141,7 +141,7 @@ def test_mass_and_jacobian_are_those_of_adam(name):
 
 
 def test_joint_that_mimics_moves_with_its_leader():
-    pin = pytest.importorskip("pinocchio", reason="needs the extra oracles (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
     path = str(FILES / "gripper.urdf")
     model = pin.buildModelFromUrdf(path)
     data = model.createData()

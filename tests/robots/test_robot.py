@@ -214,7 +214,7 @@ def test_least_of_all_poses_is_below_random_ones_and_within_limits():
 
 
 def test_motion_of_the_whole_robot_agrees_with_pinocchio():
-    pin = pytest.importorskip("pinocchio", reason="needs the extra oracles (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
     model = pin.buildModelFromUrdf(str(DOG), pin.JointModelFreeFlyer())
     data = model.createData()
     robot, random = dog(), np.random.default_rng(8)
@@ -266,7 +266,7 @@ def test_motion_of_the_whole_robot_agrees_with_pinocchio():
 
 @pytest.mark.parametrize("name", ["hopper", "desk_arm"])
 def test_mjcf_robot_has_mass_and_mobility_of_mujoco(name):
-    mujoco = pytest.importorskip("mujoco", reason="needs the extra oracles (mujoco)")
+    mujoco = pytest.importorskip("mujoco", reason="needs the extra robots (mujoco)")
     path = DOG.parent / "desk_arm.xml" if name == "desk_arm" else FILES / f"{name}.xml"
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
