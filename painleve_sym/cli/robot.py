@@ -166,7 +166,7 @@ def _show(report: RiskReport) -> None:
     show("mobility W with the rows n, t1, t2, 1/kg")
     show_table(("",) * 3, [[number(v, 9) for v in row] for row in risk.W.tolist()], left=())
     show()
-    show(f"mu_P = W_nn/|w| = {number(risk.mu_P, 9)}: below it rigid contact has one answer,")
+    show(f"mu_P = W_nn/|w| = {number(risk.mu_P, 9)}: below it a sliding contact has one answer,")
     show("above it there are directions of slip with A < 0")
     show(
         f"worst direction of slip: {math.degrees(risk.direction):.4g} deg from t1, "
@@ -174,7 +174,10 @@ def _show(report: RiskReport) -> None:
     )
     if risk.mu is not None and risk.half_angle is not None:
         inside = f"inside the paradox within {math.degrees(risk.half_angle):.4g} deg of it"
-        show(f"mu = {number(risk.mu)}: " + (inside if risk.half_angle else "below mu_P, no risk"))
+        show(
+            f"mu = {number(risk.mu)}: "
+            + (inside if risk.half_angle else "below mu_P, no slip is inside the paradox")
+        )
     show(f"least mu_P of all surface normals: {number(risk.least_over_normals, 9)}")
     show()
     largest = sorted(risk.gradient.items(), key=lambda pair: -abs(pair[1]))[:SHOWN_GRADIENT]

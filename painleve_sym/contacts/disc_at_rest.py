@@ -16,7 +16,7 @@ Both hold where G(φ) = A (b_t·e⊥) - b_n h vanishes. G is a trigonometric pol
 its zeros are those roots of a polynomial of degree 4 in exp(iφ) that lie on the unit circle.
 
 For a positive definite W the number of solutions is 1 or 3, unless a border is met; the proof is
-in ``docs/contact-in-space.md``.
+in ``docs/paradox-in-space.md``.
 """
 
 from __future__ import annotations

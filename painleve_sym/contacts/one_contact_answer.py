@@ -1,4 +1,4 @@
-"""One contact by its numbers: where its friction makes the rigid problem lose its one answer.
+"""One contact by its numbers: where friction makes a sliding rigid contact lose its one answer.
 
 While a contact slides along the angle φ its normal acceleration is A(φ) F_n + B with
 

@@ -822,7 +822,7 @@ class _ScaledLaw:
         a, terms = motion
         if not math.isfinite(sum(terms)):
             return math.inf
-        share = list(map(_ratio, a, terms))
+        share = list(map(ratio, a, terms))
         weights = self._share(list(map(abs, forces)), terms, rows=self._normals)
         residual = 0.0
         for i, (weight, s) in enumerate(zip(weights, self.directions, strict=True)):
@@ -833,9 +833,9 @@ class _ScaledLaw:
                 held = max(weight if normal < 0 else min(weight, held), -leaving, 0.0)
             limit = self.mu[i] * abs(normal)
             span = abs(tangential) + limit
-            cone = _ratio(abs(tangential) - limit, span)
+            cone = ratio(abs(tangential) - limit, span)
             way = s or _sign(speeding)
-            opposing = _ratio(abs(tangential + way * limit), span)
+            opposing = ratio(abs(tangential + way * limit), span)
             if not s:
                 opposing = min(opposing, abs(speeding))
             residual = max(residual, held, cone, opposing)
@@ -1016,7 +1016,7 @@ class _ScaledLaw:
     def possible(self, forces: Vector) -> list[list[bool]]:
         """Return for each contact which of its local modes hold these forces, borders included."""
         a, terms = _accelerations(self.W, self.b, forces)
-        share = [_ratio(value, size) for value, size in zip(a, terms, strict=True)]
+        share = [ratio(value, size) for value, size in zip(a, terms, strict=True)]
         rows = map(self.product.rows.of, range(len(self.mu)))
         return [
             [mode.holds(forces[pair], share[pair]) for mode in given]
@@ -1135,7 +1135,7 @@ def _accelerations(W: list[Vector], b: Vector, forces: Vector) -> tuple[Vector, 
     return rates, sizes
 
 
-def _ratio(part: float, whole: float) -> float:
+def ratio(part: float, whole: float) -> float:
     """Return part / whole, 0 where there is nothing."""
     return part / whole if whole > 0 else 0.0
 

@@ -30,6 +30,7 @@ import numpy.typing as npt
 
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
 from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.disc_at_rest import forces_at_rest
 from painleve_sym.contacts.friction_set import Disc, FrictionSet
 from painleve_sym.contacts.local_mode import ContactMode, Vector
@@ -39,6 +40,7 @@ from painleve_sym.contacts.problem import (
     ContactProblem,
     ContactSolution,
     mobility_matrix_faults,
+    ratio,
 )
 from painleve_sym.contacts.resting_contacts import search, solve_one
 from painleve_sym.errors import InputError, received
@@ -286,10 +288,11 @@ class SpatialProblem:
     @cached_property
     def _into_plane(self) -> FloatArray:
         """Rows n and e of every contact by its own rows, shape (2 n, r)."""
-        turn = np.zeros((2 * len(self.friction), self.b.size))
+        at = ContactRows(len(self.friction))
+        turn = np.zeros((at.size, self.b.size))
         for i, (own, e) in enumerate(zip(self.rows, self.directions, strict=True)):
-            turn[2 * i, own[0]] = 1.0
-            turn[2 * i + 1, list(own[1:])] = e or (1.0, *[0.0] * (len(own) - 2))
+            turn[at.normal(i), own[0]] = 1.0
+            turn[at.tangent(i), list(own[1:])] = e or (1.0, *[0.0] * (len(own) - 2))
         return turn
 
     @cached_property
@@ -418,6 +421,7 @@ class _BallLaw:
         self.ways = problem.directions
         self.parts = [part for own in problem.rows for part in ([own[0]], list(own[1:]))]
         self.count = len(problem.friction)
+        self.at = ContactRows(self.count)  # of the parts: normals, and tangents by their length
         rows: list[Vector] = W.tolist()
         self.sizes = [
             [math.hypot(*(rows[i][j] for i in p for j in q)) for q in self.parts]
@@ -442,32 +446,32 @@ class _BallLaw:
         a, lengths = self.W @ point + self.b, self._lengths(point)
         terms, worst = self._terms(lengths), 0.0
         for i in range(self.count):
-            n, t = 2 * i, 2 * i + 1
+            n, t = self.at.normal(i), self.at.tangent(i)
             normal, (a_n,) = float(point[self.parts[n][0]]), a[self.parts[n]].tolist()
             friction, a_t = point[self.parts[t]].tolist(), a[self.parts[t]].tolist()
-            leaving = _share(a_n, terms[n])
+            leaving = ratio(a_n, terms[n])
             weight = max(
-                _share(self.sizes[k][n] * abs(normal), terms[k]) for k in range(2 * self.count)
+                ratio(self.sizes[k][n] * abs(normal), terms[k]) for k in range(self.at.size)
             )
             held = max(weight if normal < 0 else min(weight, abs(leaving)), -leaving, 0.0)
             if normal == 0 and leaving < -_SIGN:
                 return 1.0
             limit = self.mu[i] * max(normal, 0.0)
             span = lengths[t] + limit
-            outside = _share(lengths[t] - limit, span)
+            outside = ratio(lengths[t] - limit, span)
             if self.ways[i]:
                 missed = math.hypot(
                     *(f + limit * e for f, e in zip(friction, self.ways[i], strict=True))
                 )
-                opposing = _share(missed, span)
+                opposing = ratio(missed, span)
             else:
                 size = terms[t] * lengths[t]
-                along = _share(sum(map(operator.mul, friction, a_t)), size)
+                along = ratio(sum(map(operator.mul, friction, a_t)), size)
                 across = 0.0
                 if len(friction) == 2:
-                    across = _share(abs(friction[0] * a_t[1] - friction[1] * a_t[0]), size)
+                    across = ratio(abs(friction[0] * a_t[1] - friction[1] * a_t[0]), size)
                 inside = min(
-                    max(-outside, 0.0), _share(math.hypot(*a_t), terms[t])
+                    max(-outside, 0.0), ratio(math.hypot(*a_t), terms[t])
                 )  # less than the limit only without acceleration
                 opposing = max(inside, across, along if along > _SIGN else 0.0)
             worst = max(worst, held, outside, opposing)
@@ -478,7 +482,8 @@ class _BallLaw:
         point, modes = np.array(forces), []
         lengths = self._lengths(point)
         for i, e in enumerate(self.ways):
-            normal, size = float(point[self.parts[2 * i][0]]), lengths[2 * i + 1]
+            normal = float(point[self.parts[self.at.normal(i)][0]])
+            size = lengths[self.at.tangent(i)]
             if normal == 0:
                 modes.append(ContactMode.LIFTOFF)
             elif e or size >= self.mu[i] * normal * (1 - 1e-9):
@@ -505,7 +510,7 @@ class _BallLaw:
         sizes = list(map(max, self._lengths(p), self._lengths(q)))
         step, terms = self._lengths(p - q), self._terms(sizes)
         return all(
-            _share(w * s, size) <= _DISTINCT
+            ratio(w * s, size) <= _DISTINCT
             for row, size in zip(self.sizes, terms, strict=True)
             for w, s in zip(row, step, strict=True)
         )
@@ -513,7 +518,7 @@ class _BallLaw:
     def order(self, forces: Vector) -> Vector:
         """Return by what solutions are ordered: the normal forces, then the others."""
         point = np.array(forces)
-        return [*point[[p[0] for p in self.parts[::2]]].tolist(), *forces]
+        return [*point[[p[0] for p in self.parts[self.at.normals]]].tolist(), *forces]
 
 
 _CASES = {
@@ -522,11 +527,6 @@ _CASES = {
     ContactMode.STICK: ContactCase.STICK,
 }
 _STATED = "SpatialProblem cannot be stated, "
-
-
-def _share(part: float, whole: float) -> float:
-    """Return part / whole, 0 where there is nothing."""
-    return part / whole if whole > 0 else 0.0
 
 
 def _array(value: object, name: str, shape: tuple[int, ...]) -> FloatArray:

@@ -21,7 +21,9 @@ def risk_figure(report: RiskReport, width: float | None = None) -> Figure:
     """
     values = np.sort(report.distribution[np.isfinite(report.distribution)])
     if not len(values):
-        raise InputError("robot: no joint has a range, so that there is no distribution to draw.")
+        raise InputError(
+            "robot: the figure shows poses over the ranges of joints, and no joint has a range."
+        )
     wide = COLUMN if width is None else width
     figure = Figure(figsize=(wide, _HEIGHT * wide / COLUMN), layout="constrained")
     axes = figure.add_subplot()

@@ -17,15 +17,15 @@ def risk_page(report: RiskReport) -> Page:
     risk = report.risk
     lead = paragraph(
         f"Up to a friction coefficient of {risk.mu_P:.4g} the rigid contact has one answer at this "
-        "pose, whatever the direction of slip. Above it there are directions of slip for which it "
-        "has none or several (A < 0)."
+        "pose while it slides, whatever the direction of slip. Above it there are directions of "
+        "slip for which it has none or several (A < 0)."
     )
     if risk.mu is not None and risk.half_angle is not None:
         degrees = f"{math.degrees(risk.half_angle):.3g}°"
         lead += paragraph(
             f"With μ = {risk.mu:g}, slip within {degrees} of the worst direction is inside it."
             if risk.half_angle
-            else f"With μ = {risk.mu:g} the contact is not at risk at this pose."
+            else f"With μ = {risk.mu:g} no slip at this pose is inside the paradox."
         )
     lead += "".join(paragraph(notice) for notice in report.notices)
     rows: list[tuple[str, object]] = [
@@ -46,7 +46,7 @@ def risk_page(report: RiskReport) -> Page:
     slopes = [(n, g, f"1/{report.units[n]}") for n, g in risk.gradient.items()]
     parts = [
         Part("Thresholds of friction", table(("quantity", "value"), rows, "thresholds")),
-        Part("Mobility W, 1/kg", table(("", *axes), mobility, "mobility")),
+        Part("Mobility W, 1/kg", table(("row", *axes), mobility, "mobility")),
         Part(
             "Derivatives of μ_P by joint values",
             table(("joint", "derivative", "unit"), slopes, "derivatives"),

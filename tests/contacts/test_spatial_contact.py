@@ -311,3 +311,19 @@ def test_bad_input_has_one_sentence(given_, message):
     whole = {"W": np.eye(3), "b": [-1.0, 0.0, 0.0], "mu": 0.5, "velocity": [1.0, 0.0]}
     with pytest.raises(ps.InputError, match=message):
         ps.contact(**whole | given_)
+
+
+def test_a_contact_at_rest_may_slip_three_ways_below_its_critical_friction():
+    W = np.array([[10.0, -4.4, -13.7], [-4.4, 7.8, 3.5], [-13.7, 3.5, 20.1]])
+    b, mu = np.array([-1.0, 2.07, -0.08]), 0.66
+    angles = np.linspace(0, 2 * np.pi, 3601)
+    A = W[0, 0] - mu * (W[0, 1] * np.cos(angles) + W[0, 2] * np.sin(angles))
+    assert A.min() > 0.1 and np.linalg.eigvalsh(W)[0] > 0
+    solutions = ps.contact(W, b, mu).solutions
+    assert len(solutions) == 3
+    for s in solutions:
+        F = s.force
+        a = W @ F + b
+        e = a[1:] / np.linalg.norm(a[1:])
+        assert F[0] > 0 and abs(a[0]) < 1e-13 and np.linalg.norm(a[1:]) > 1e-3
+        assert F[1:] == pytest.approx(-mu * F[0] * e, rel=1e-12)

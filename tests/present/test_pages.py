@@ -23,6 +23,7 @@ from painleve_sym.study.scenario import Scenario
 from tests.browser import chromium, needs_axe, needs_chromium, violations
 
 ROOT = Path(__file__).parents[2]
+QUADRUPED = ROOT / "examples" / "robots" / "quadruped.urdf"
 FEW = ("eq-4-radius", "eq-14-spin", "eq-18-impulse", "table-3", "fig-7", "rotation")
 CASE = Scenario(
     "rod",
@@ -84,7 +85,15 @@ def motion(tmp_path_factory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", ["report", "motion"])
+@pytest.fixture(scope="module")
+def risk(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("risk") / "risk.html"
+    foot = (str(QUADRUPED), "--contact", "LF_foot", "--mu", "2", "--poses", "2")
+    assert main(["robot", *foot, "--report", str(path)]) == 0
+    return path
+
+
+@pytest.mark.parametrize("name", ["report", "motion", "risk"])
 def test_page_is_whole_and_needs_no_other_file(name, request):
     text = request.getfixturevalue(name).read_text("utf-8")
     read = _Reader(text)
@@ -165,7 +174,7 @@ def test_pages_know_dark_mode_and_paper():
 
 
 @needs_chromium
-@pytest.mark.parametrize("name", ["report", "motion"])
+@pytest.mark.parametrize("name", ["report", "motion", "risk"])
 def test_page_fits_a_phone(name, request):
     with chromium() as browser:
         page = browser.new_page(viewport={"width": 390, "height": 800})
@@ -257,7 +266,7 @@ def test_parts_of_a_page_are_escaped():
 
 @needs_chromium
 @needs_axe
-@pytest.mark.parametrize("name", ["report", "motion"])
+@pytest.mark.parametrize("name", ["report", "motion", "risk"])
 def test_page_has_no_fault_of_accessibility(name, request):
     path = request.getfixturevalue(name)
     with chromium() as browser:
