@@ -65,6 +65,14 @@ def test_drops_on_legs_of_every_kind_end_at_the_end_time(laws, engine):
 
 
 @pytest.mark.slow
+def test_a_slip_that_falls_from_zero_is_back_though_it_rises_within_the_step():
+    """The step that begins where the foot would slip is eight times as long as its way back."""
+    laws = ("bilinear-hertz", "linear", "rigid")
+    *_, drop = drops(laws, 12, seed=12)
+    assert fall(table(laws, "taylor"), drop).energy_residual < CLOSED
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("laws", "engine", "number", "units"),
     [

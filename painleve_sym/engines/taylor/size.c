@@ -378,6 +378,9 @@ static double measure_step(ps_run *s, const ps_options *o, double h, int *last) 
   return 0;
 }
 
+/* First term of a guard, in parts of the sum of all, below which it may be round-off. */
+static const double PS_FALL = 1e-6;
+
 /* Place of the first zero of a guard that starts at zero and leaves upwards; -1 where none. */
 static double next_root(double *p, int n, double least, int crossed) {
   p[0] = 0;
@@ -387,11 +390,13 @@ static double next_root(double *p, int n, double least, int crossed) {
   if (p[m] > 0) return first_root(p + m, n - m, 0);
   /* Neither where it is zero all along: the slip of a contact that sticks. */
   if (p[m] < 0) {
-    double u = 1.0 / PS_SAMPLES;
+    double u = 1.0 / PS_SAMPLES, size = 0;
+    for (int k = m; k <= n; k++) size += fabs(p[k]);
     while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;
     /* A guard that left zero is back at once, also where it rises again before the step ends: where the
-     * rates that turned it have their new sign. */
-    return horner(p, n, u) > 0 ? first_root(p, n, u) : PS_AT_ONCE;
+     * rates that turned it have their new sign. Only a fall within round-off is none. */
+    const int falls = -p[m] > PS_FALL * size;
+    return !falls && horner(p, n, u) > 0 ? first_root(p, n, u) : PS_AT_ONCE;
   }
   return crossed ? PS_AT_ONCE : -1;
 }
