@@ -126,6 +126,12 @@ class RunOptions(RunSettings):
     def __post_init__(self) -> None:
         self.check()
 
+    def with_tolerances(self, atol: Array) -> RunOptions:
+        """Return the same options with other absolute tolerances; nothing else is checked again."""
+        other = object.__new__(RunOptions)
+        other.__dict__.update(self.__dict__, atol=atol)
+        return other
+
 
 class Prepared(NamedTuple):
     """Start states and scales of n runs, shape (n, nx).

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
+from functools import lru_cache
 from inspect import Parameter, signature
 from typing import Any, Required, TypedDict, TypeVar
 
@@ -84,7 +85,16 @@ def separated(
     settings, others = dict[str, Any](), dict[str, Any]()
     for name, value in given.items():
         (settings if name in _SETTINGS else others)[name] = value
-    return RunSettings.of(where, settings), others
+    try:
+        return _checked(where, **settings), others
+    except TypeError:  # a list or an array
+        return RunSettings.of(where, settings), others
+
+
+# Calls in a loop mostly have the settings of the one before.
+@lru_cache(maxsize=64, typed=True)
+def _checked(where: str, /, **settings: Any) -> RunSettings:
+    return RunSettings.of(where, settings)
 
 
 def spelled_out(kind: _Kind) -> Callable[[_F], _F]:

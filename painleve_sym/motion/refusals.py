@@ -51,9 +51,8 @@ def checked_force(simulator: Simulator, force: Value) -> float:
 
 def refuse_plastic(simulator: Simulator, values: Mapping[str, float]) -> None:
     """Raise InputError where a compliant contact has e = 0, which has nothing to rest on."""
-    laws = (law for law in simulator.contact.own_laws if law.is_compliant)
-    for name in dict.fromkeys(p.name for law in laws for p in law.parameters):
-        if name.startswith("e_energetic") and values[name] == 0:
+    for name in simulator.restitutions:
+        if values[name] == 0:
             raise InputError(
                 f"{simulator.where}: {name}: got 0, where a contact that stays loaded has no "
                 "unloading curve to rest on, need a number > 0 for a run without an event that "

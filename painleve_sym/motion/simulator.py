@@ -173,6 +173,8 @@ class Simulator:
         InputError
             Unknown names of parameters of the laws.
         """
+        if parameters is None and law_parameters is None:
+            return {}
         given = dict(by_name(parameters, f"{self.where}: parameters", "{'mu': 0.5}"))
         of_law = by_name(law_parameters, f"law {self.label!r}: law_parameters", "{'E': 2e11}")
         if of_law:
@@ -225,6 +227,13 @@ class Simulator:
     def is_compliant(self, i: int) -> bool:
         """Whether a contact may start compressed."""
         return self.contact.own_laws[i].is_compliant
+
+    @cached_property
+    def restitutions(self) -> tuple[str, ...]:
+        """Names of the coefficients of restitution of compliant contacts."""
+        laws = (law for law in self.contact.own_laws if law.is_compliant)
+        names = dict.fromkeys(p.name for law in laws for p in law.parameters)
+        return tuple(n for n in names if n.startswith("e_energetic"))
 
     @cached_property
     def rigid(self) -> tuple[int, ...]:
@@ -443,7 +452,18 @@ class Simulator:
 
     def options(self, scale: Array, settings: RunSettings) -> RunOptions:
         """Return the options of a run with checked settings; `scale` is that of its start."""
-        until, rtol, atol = settings.until, float(settings.rtol), settings.atol
+        last: tuple[RunSettings, RunOptions] | None = self.__dict__.get("_last_options")
+        if last is None or last[0] is not settings:
+            last = settings, self._shared_options(settings)
+            self.__dict__["_last_options"] = last
+        shared = last[1]
+        rtol, atol = shared.rtol, settings.atol
+        own = rtol * scale if atol is None else self._tolerances(atol, scale)
+        return shared.with_tolerances(own)
+
+    def _shared_options(self, settings: RunSettings) -> RunOptions:
+        """Return the options of runs with checked settings, but for the absolute tolerances."""
+        until = settings.until
         asked = type(until) is not tuple or until
         kinds = names_of(until, f"{self.where}: until", "slip_stop") if asked else ()
         for kind in kinds:
@@ -452,12 +472,11 @@ class Simulator:
                 raise InputError(f"{self.where}: until: {message}")
         own: dict[str, Any] = {
             "t_end": float(settings.t_end),
-            "rtol": rtol,
-            "atol": rtol * scale if atol is None else self._tolerances(atol, scale),
+            "rtol": float(settings.rtol),
             "until": kinds,
             "start_events": self.start_events,
         }
-        return RunOptions(**{**vars(settings), **own})
+        return RunOptions(**settings.arguments(**own))
 
     def _tolerances(self, atol: Any, scale: Array) -> Array:
         """Return the absolute tolerance of each state, in the shape that the engine reads."""

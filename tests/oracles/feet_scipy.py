@@ -171,7 +171,8 @@ class Block:
         W = 1 / self.m + np.outer(r[:, 1], r[:, 1]) / self.J
         centre, alpha = self.free(y, N)
         b = np.array([self.point(r[i], y, centre, alpha)[0] for i in (0, 1)]) + W @ T
-        if len(held) == 2 and abs(r[0, 1] - r[1, 1]) <= 1e-15 * self.a:
+        # Their mobility has the square of this difference: it is singular to rounding there.
+        if len(held) == 2 and abs(r[0, 1] - r[1, 1]) <= 1e-12 * self.a:
             whole = -b[0] / W[0, 0]  # both feet share one force: by what each can carry
             room = np.array(self.mu) * np.array(self.static) * N
             return whole * (room / room.sum() if room.sum() > 0 else np.array([0.5, 0.5]))

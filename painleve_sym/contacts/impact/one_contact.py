@@ -6,11 +6,17 @@ import enum
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
-from painleve_sym.checks import checked_number, mobility_faults, spatial_mobility_faults
+from painleve_sym.checks import (
+    LARGEST,
+    checked_number,
+    mobility_faults,
+    spatial_mobility_faults,
+)
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
 from painleve_sym.contacts.impact.spatial import (
@@ -298,14 +304,18 @@ def _checked(
             "numbers, W of shape (2, 2) and velocity (v_n, v_t), or in space W of shape (3, 3) and "
             "velocity (v_n, v_1, v_2). Fix: check the shapes."
         ) from error
-    axes = "nt" if len(rows) == 2 else "n12"
-    entries = {
-        f"W_{a}{b}": w
-        for a, row in zip(axes, rows, strict=True)
-        for b, w in zip(axes, row, strict=True)
-    }
-    entries |= {"mu": mu, "e": e} | {f"v_{a}": own for a, own in zip(axes, v, strict=True)}
-    faults = [fault for n, number in entries.items() if (fault := checked_number(number, n)[1])]
+    faults = list[str]()
+    sizes = list(map(abs, (*chain.from_iterable(rows), mu, e, *v)))
+    # A sum is nan where any number is.
+    if not (max(sizes) <= LARGEST and math.isfinite(sum(sizes))):
+        axes = "nt" if len(rows) == 2 else "n12"
+        entries = {
+            f"W_{a}{b}": w
+            for a, row in zip(axes, rows, strict=True)
+            for b, w in zip(axes, row, strict=True)
+        }
+        entries |= {"mu": mu, "e": e} | {f"v_{a}": own for a, own in zip(axes, v, strict=True)}
+        faults = [fault for n, number in entries.items() if (fault := checked_number(number, n)[1])]
     if not faults:
         in_plane = len(rows) == 2
         faults = mobility_faults(*rows[0], *rows[1]) if in_plane else spatial_mobility_faults(rows)
@@ -319,6 +329,9 @@ def _checked(
         faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
     if faults:
         raise InputError(f"{where}: " + " ".join(faults))
-    mean = zip(rows, zip(*rows, strict=True), strict=True)
-    symmetric = tuple(tuple((a + b) / 2 for a, b in zip(*pair, strict=True)) for pair in mean)
+    symmetric = tuple(map(tuple, rows))
+    if rows != (turned := [list(column) for column in zip(*rows, strict=True)]):
+        pairs = zip(chain.from_iterable(rows), chain.from_iterable(turned), strict=True)
+        mean, n = [(a + b) / 2 for a, b in pairs], len(rows)
+        symmetric = tuple(tuple(mean[i : i + n]) for i in range(0, n * n, n))
     return symmetric, mu, v, e

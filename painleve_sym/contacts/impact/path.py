@@ -17,10 +17,11 @@ COINCIDENT = 1e-12
 
 
 class PathRay(NamedTuple):
-    """A direction of the impulse: r = dP_t/dP_n, dv_n/dP_n and dv_t/dP_n."""
+    """A direction of the impulse: r = dP_t/dP_n, dv_n/dP_n and dv_t/dP_n, and the sign of slip."""
 
     name: str
     mode: ContactMode
+    side: float
     ratio: float
     normal_rate: float
     slip_rate: float
@@ -97,17 +98,17 @@ class ImpactPath:
         W_nn, W_nt, W_tt = self.W
         r = -s * self.mu
         mode = ContactMode.SLIP_POS if s > 0 else ContactMode.SLIP_NEG
-        return PathRay(name, mode, r, _sum(W_nn, r * W_nt), _sum(W_nt, r * W_tt))
+        return PathRay(name, mode, float(s), r, _sum(W_nn, r * W_nt), _sum(W_nt, r * W_tt))
 
     def _ray_at_rest(self, name: str) -> PathRay:
         W_nn, W_nt, W_tt = self.W
         if abs(W_nt) > self.mu * W_tt:
             return self._slip_ray(name, 1 if W_nt > 0.0 else -1)
         if W_tt == 0.0:  # no tangential force moves anything
-            return PathRay("sticking", ContactMode.STICK, 0.0, W_nn, 0.0)
+            return PathRay("sticking", ContactMode.STICK, 0.0, 0.0, W_nn, 0.0)
         det = W_nn * W_tt - W_nt * W_nt
         rate = det / W_tt if det > COINCIDENT * W_nn * W_tt else 0.0
-        return PathRay("sticking", ContactMode.STICK, -W_nt / W_tt, rate, 0.0)
+        return PathRay("sticking", ContactMode.STICK, 0.0, -W_nt / W_tt, rate, 0.0)
 
     @property
     def begins(self) -> bool:
@@ -186,12 +187,11 @@ class ImpactPath:
                 (math.ldexp(v_n, speed) + 0.0, math.ldexp(v_t, speed) + 0.0),
                 math.ldexp(work_n, energy) + 0.0,
                 math.ldexp(work_t, energy) + 0.0,
-                (_SIDES[self.ray.mode],),
+                (self.ray.side,),
             )
         )
 
 
-_SIDES = {ContactMode.SLIP_POS: 1.0, ContactMode.SLIP_NEG: -1.0, ContactMode.STICK: 0.0}
 AFTER_STOP = {
     ("compression", True): ImpactClass.C_STICKING,
     ("compression", False): ImpactClass.C_REVERSED,
