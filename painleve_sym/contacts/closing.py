@@ -21,6 +21,7 @@ from painleve_sym.contacts.delassus import (
 )
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.quaternions import QuaternionPart
 from painleve_sym.progress import progress
 
 IntArray = NDArray[np.intp]
@@ -158,8 +159,15 @@ def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:
             f"{where}: got {text!r}, need CONTACT:COORDINATE, such as {contacts[0]}:{name}: "
             f"there are the contacts {', '.join(contacts)}."
         )
-    coordinates = [c.name for c in mechanism.outline.coordinates]
-    of_velocity = dict(zip(mechanism.outline.velocity_names, coordinates, strict=True))
+    outline = mechanism.outline
+    coordinates = [c.name for c in outline.coordinates]
+    of_velocity = {v.name: v.row for v in outline.velocities}
+    for quaternion in outline.quaternions:
+        if name in (c.name for c in quaternion.coordinates):
+            raise InputError(
+                f"{where}: {name} is a part of the quaternion {quaternion.name}, whose norm stays "
+                f"1. Fix: name {' or '.join(n for n in of_velocity.values() if n in coordinates)}."
+            )
     if name not in coordinates and name not in of_velocity:
         raise InputError(f"{where}: {unknown_name('coordinate', name, coordinates)}")
     i = contacts.index(contact) if colon else 0
@@ -199,11 +207,15 @@ def closing_hint(
 
 
 def gap_slopes(mechanism: Mechanism, i: int) -> Quantities:
-    """Return gap, gap_rate, and gap_by_NAME for every coordinate that the gap depends on."""
+    """Return gap, gap_rate, and gap_by_NAME for every coordinate that the gap depends on.
+
+    In place of the parts of a quaternion the names are those of its angular velocity.
+    """
 
     def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
         contact, system = mechanism.contacts[i], mechanism.system
-        slopes = {f"gap_by_{q.name}": contact.gap.diff(q) for q in system.q}
+        rows, slopes_by = [v.row for v in system.velocities], system.slopes(contact.gap)
+        slopes = {f"gap_by_{n}": slope for n, slope in zip(rows, slopes_by, strict=True)}
         formulas = {"gap": contact.gap, "gap_rate": contact.gap_rate}
         formulas |= {name: slope for name, slope in slopes.items() if slope != 0}
         return formulas, argument_symbols(mechanism)
@@ -224,6 +236,8 @@ def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
         gap, formulas = mechanism.contacts[i].gap, {}
         for q, coordinate in zip(mechanism.system.q, mechanism.outline.coordinates, strict=True):
             slope = gap.diff(q)
+            if isinstance(coordinate, QuaternionPart):
+                continue
             bend = sp.expand(slope.diff(q))
             if slope == 0:
                 continue

@@ -78,16 +78,16 @@ class ContactNumbers(NamedTuple):
 
 
 class MotionNumbers(NamedTuple):
-    """Effect of contact impulses on a mechanism of nq coordinates, at one state or several.
+    """Effect of contact impulses on a mechanism of nu velocities, at one state or several.
 
     Attributes
     ----------
-    J : ndarray, shape (2 n, nq)
-        Velocities of the contacts by those of the coordinates.
-    D : ndarray, shape (nq, 2 n)
-        M⁻¹ Jᵀ: velocities of the coordinates by the impulses.
-    free : ndarray, shape (nq,)
-        Accelerations of the coordinates without contact forces.
+    J : ndarray, shape (2 n, nu)
+        Velocities of the contacts by those of the mechanism.
+    D : ndarray, shape (nu, 2 n)
+        M⁻¹ Jᵀ: velocities of the mechanism by the impulses.
+    free : ndarray, shape (nu,)
+        Accelerations of the mechanism without contact forces.
     drive_speeds : ndarray, shape (2 n,)
         Of the surfaces; m/s.
     kinetic_energy : ndarray, shape (1,)
@@ -295,8 +295,8 @@ class Delassus:
     @property
     def _motion_shapes(self) -> list[tuple[int, ...]]:
         outline, n = self.dynamics.outline, len(self.dynamics.outline.contacts)
-        nq, size = len(outline.coordinates), ContactRows(n, self.dynamics.n_tangents).size
-        return [(size, nq), (nq, size), (nq,), (size,), (1,)]
+        nu, size = len(outline.velocities), ContactRows(n, self.dynamics.n_tangents).size
+        return [(size, nu), (nu, size), (nu,), (size,), (1,)]
 
     @property
     def _motion_count(self) -> int:

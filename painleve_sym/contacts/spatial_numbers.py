@@ -79,7 +79,7 @@ class _Parts:
         import casadi as ca
 
         system = mechanism.system
-        size, rows = len(system.q), 3 * len(mechanism.contacts)
+        size, rows = len(system.q_dot), 3 * len(mechanism.contacts)
         jacobian = [e for c in mechanism.contacts for J in (c.J_N, c.J_T) for e in J]
         biases = [e for c in mechanism.contacts for e in c.biases]
         entries = [*system.mass_matrix, *system.bias_force, *jacobian, *biases]

@@ -172,6 +172,10 @@ class Mechanism(Shown, Deferred):
         for name in self.start:
             if name not in self.state_names:
                 yield "start: " + unknown_name("state", name, self.state_names)
+        for quaternion in self.system.quaternions:
+            parts = {c.name: self.start.get(c.name, 0.0) for c in quaternion.coordinates}
+            if fault := quaternion.scaled(parts, self.start)[1]:
+                yield f"start: {fault}"
 
     @cached_property
     def outline(self) -> MechanismOutline:
@@ -377,6 +381,9 @@ class Mechanism(Shown, Deferred):
     def latex_names(self) -> dict[str, str]:
         """LaTeX of every state and parameter by name."""
         names = {c.name: c.latex or symbol_latex(c.name) for c in self.outline.coordinates}
-        names |= {f"{name}_dot": derivative_latex(text) for name, text in names.items()}
+        names |= {
+            v.name: derivative_latex(names[v.row]) if v.row in names else symbol_latex(v.name)
+            for v in self.outline.velocities
+        }
         names |= {TIME_NAME: TIME_NAME} if self.depends_on_time else {}
         return names | {p.name: symbol_latex(p.name) for p in self.outline.parameters}

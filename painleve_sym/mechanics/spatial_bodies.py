@@ -18,6 +18,7 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError
 from painleve_sym.mechanics.bodies import Rates, Scalar, expr, rate
+from painleve_sym.mechanics.quaternions import Quaternion
 
 Vector3: TypeAlias = tuple[Scalar, Scalar, Scalar]
 """Three components along x, y, z, or along the axes of a body."""
@@ -124,8 +125,8 @@ class SpatialBody:
     inertia : sequence
         About the mass centre, along the axes of the body: three principal moments, or three rows
         of a symmetric tensor; kg m². All 0 for a point mass.
-    orientation : Orientation
-        Of the axes of the body.
+    orientation : Orientation or Quaternion
+        Of the axes of the body, by angles or by a unit quaternion.
     name : str
         For messages.
 
@@ -143,7 +144,7 @@ class SpatialBody:
     mass: Scalar
     centre: Vector3
     inertia: Sequence[Scalar] | Sequence[Sequence[Scalar]] = (0, 0, 0)
-    orientation: Orientation = field(default_factory=Orientation)
+    orientation: Orientation | Quaternion = field(default_factory=Orientation)
     name: str = "body"
 
     @cached_property

@@ -11,6 +11,7 @@ import sympy as sp
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import DomainBound
+from painleve_sym.mechanics.quaternions import Quaternion
 from painleve_sym.mechanics.spatial_bodies import Orientation, SpatialBody
 from painleve_sym.mechanics.toml.expressions import Formulas
 from painleve_sym.mechanics.toml.reader import Table
@@ -25,13 +26,22 @@ def is_triple(table: Table, key: str) -> bool:
     return isinstance(value, list) and len(value) == 3
 
 
-def body_in_space(table: Table) -> SpatialBody:
-    """Return the body that a table with three places of its centre describes."""
+def body_in_space(table: Table, quaternions: Mapping[str, Quaternion]) -> SpatialBody:
+    """Return the body that a table with three places of its centre describes.
+
+    Its orientation is a list of turns, or the name of one of the quaternions.
+    """
     _refuse_others(table, BODY_IN_SPACE, "a body in space")
     name = table.text("name", "body")
-    turned = Orientation()
+    turned: Orientation | Quaternion = Orientation()
     turns = table.entries.get("orientation", [])
-    if not isinstance(turns, list) or any(not isinstance(t, list) or len(t) != 2 for t in turns):
+    if isinstance(turns, str):
+        if turns in quaternions:
+            turned = quaternions[turns]
+        else:
+            fix = f"Fix: declare it as [quaternions.{turns}], or give turns."
+            table.fault(f"{unknown_name('quaternion', turns, quaternions)} {fix}", "orientation")
+    elif not isinstance(turns, list) or any(not isinstance(t, list) or len(t) != 2 for t in turns):
         example = '[["z", "psi"], ["y", "-theta"]]'
         table.fault(f"got {turns!r}, need turns such as {example}.", "orientation")
     else:
