@@ -48,19 +48,17 @@ class Unknown:
     contact : int
         Which contact of the mechanism.
     coordinate : str
-        Name of the coordinate.
+        Name of the coordinate; of a part of an angular velocity, its own.
     name : str
         The coordinate, which makes gap = 0, or its velocity, which makes gap_rate = 0.
+    is_velocity : bool
+        Whether gap_rate = 0 is solved.
     """
 
     contact: int
     coordinate: str
     name: str
-
-    @property
-    def is_velocity(self) -> bool:
-        """Whether gap_rate = 0 is solved."""
-        return self.name != self.coordinate
+    is_velocity: bool
 
 
 def closed_state(
@@ -162,21 +160,23 @@ def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:
     outline = mechanism.outline
     coordinates = [c.name for c in outline.coordinates]
     of_velocity = {v.name: v.row for v in outline.velocities}
+    movable = [row for row in of_velocity.values() if row in coordinates]
     for quaternion in outline.quaternions:
         if name in (c.name for c in quaternion.coordinates):
             raise InputError(
                 f"{where}: {name} is a part of the quaternion {quaternion.name}, whose norm stays "
-                f"1. Fix: name {' or '.join(n for n in of_velocity.values() if n in coordinates)}."
+                f"1. Fix: name {' or '.join(movable or of_velocity)}."
             )
     if name not in coordinates and name not in of_velocity:
         raise InputError(f"{where}: {unknown_name('coordinate', name, coordinates)}")
     i = contacts.index(contact) if colon else 0
-    unknown = Unknown(i, of_velocity.get(name, name) if name not in coordinates else name, name)
+    unknown = Unknown(i, of_velocity.get(name, name), name, name in of_velocity)
     known = gap_slopes(mechanism, i).names
-    dependent = [c for c in coordinates if f"gap_by_{c}" in known]
-    if unknown.coordinate not in dependent:
+    rows = of_velocity if unknown.is_velocity else {name: name for name in movable}
+    dependent = [name for name, row in rows.items() if f"gap_by_{row}" in known]
+    if name not in dependent:
         subject = "gap" if not unknown.is_velocity else "normal velocity"
-        need = ", ".join(f"{c}_dot" if unknown.is_velocity else c for c in dependent)
+        need = ", ".join(dependent)
         raise InputError(
             f"{where}: the {subject} of contact {contacts[i]!r} does not depend on {name}. "
             + (f"Fix: name one of {need}." if dependent else "No coordinate changes it.")
