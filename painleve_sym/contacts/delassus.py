@@ -51,7 +51,8 @@ class ContactNumbers(NamedTuple):
     b : ndarray, shape (2 n,), in space (3 n,)
         Accelerations without contact forces; m/s².
     margins : sequence of float, or ndarray
-        Of the bounds of the domain, all positive inside.
+        Of the bounds of the domain, all positive inside; in space one more, positive where the
+        mass matrix is regular.
     mu : ndarray, shape (n,)
         Friction coefficients.
     """
@@ -290,7 +291,7 @@ class Delassus:
         size = ContactRows(n, tangents).size
         slip = (n,) if tangents == 1 else (n, tangents)
         own = [slip if name == "slip_velocity" else (n,) for name in _OF_CONTACT]
-        return [*own, (size, size), (size,), (len(outline.domain),)]
+        return [*own, (size, size), (size,), (len(outline.domain) + tangents - 1,)]
 
     @property
     def _motion_shapes(self) -> list[tuple[int, ...]]:

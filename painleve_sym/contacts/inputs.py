@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
-from painleve_sym.contacts.delassus import domain_margins
+from painleve_sym.contacts.delassus import ContactNumbers, domain_margins
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.units import Value
@@ -54,10 +56,12 @@ def inside(place: Place) -> Place:
 
 
 def refuse_outside(place: Place, margins: Sequence[float]) -> None:
-    """Raise InputError where a margin of the domain is not positive."""
+    """Raise InputError where a margin is not positive: of the domain, in space of the mass too."""
     bounds = place.mechanism.outline.domain
-    broken = [b for b, margin in zip(bounds, margins, strict=True) if not margin > 0]
+    broken = [b for b, margin in zip(bounds, margins, strict=False) if not margin > 0]
     if not broken:
+        if len(margins) > len(bounds) and not margins[-1] > 0:
+            raise InputError(_singular_mass(place))
         return
     faults = []
     for bound in broken:
@@ -70,6 +74,48 @@ def refuse_outside(place: Place, margins: Sequence[float]) -> None:
     if absent := sorted((names & set(place.state)) - set(place.given)):
         faults.append(f"Fix: give {', '.join(absent)} too; what is not given is 0.")
     raise InputError(f"state of {place.mechanism.name!r}: {' '.join(faults)}")
+
+
+def _singular_mass(place: Place) -> str:
+    """Return a sentence on a place in space where some velocity moves no mass."""
+    from painleve_sym.codegen.evaluate import numbers
+
+    system, values = place.mechanism.system, place.values
+    mass = numbers([*system.mass_matrix], values).reshape(len(system.q_dot), -1)
+    units = [v.unit for v in system.velocities]
+    scale = [max(mass[k, k] for k, u in enumerate(units) if u == unit) for unit in units]
+    root = np.sqrt(np.where(np.array(scale) > 0, scale, 1.0))
+    part = abs(np.linalg.eigh(mass / np.outer(root, root))[1][:, 0])
+    idle = [v for v, p in zip(system.velocities, part, strict=True) if p > part.max() / 1e3]
+    occurs = {str(s) for s in system.mass_matrix.free_symbols}
+    angles = [
+        c.name for c in system.coordinates if c.unit == "rad" and c.name in occurs | {v.row for v in idle}
+    ]
+    received = ", ".join(f"{name} = {values[name]!r}" for name in angles or place.given)
+    return (
+        f"state of {place.mechanism.name!r}: at {received} the mass matrix is singular: "
+        f"{' with '.join(v.name for v in idle)} moves no mass, as in gimbal lock. Fix: give another "
+        "state, turn the body about other axes, or orient it by a quaternion."
+    )
+
+
+def refuse_without_surface(place: Place, at: ContactNumbers) -> None:
+    """Raise InputError where a contact in space has no normal or no tangents."""
+    for i, contact in enumerate(place.mechanism.outline.contacts):
+        if np.isfinite([at.gap[i], at.gap_rate[i], *at.slip_velocity[i]]).all():
+            continue
+        if math.isfinite(at.gap[i]):
+            fault, fix = "'along' is normal to its surface", "another 'along' or "
+        else:
+            fault, fix = "the normal of its surface vanishes", ""
+        formulas = place.mechanism.contacts[i]
+        occurring = formulas.gap.free_symbols | set(place.mechanism.system.q)
+        known = {str(s) for s in occurring & set().union(*(f.free_symbols for f in (formulas.gap, *formulas.slip_velocities)))}
+        received = ", ".join(f"{n} = {v:g}" for n, v in place.values.items() if n in known)
+        raise InputError(
+            f"state of {place.mechanism.name!r}: contact {contact.name!r} has no tangents here: "
+            f"{fault}; got {received}. Fix: give {fix}another state or other parameters."
+        )
 
 
 def _in_degrees(place: Place, names: Sequence[str]) -> str:

@@ -355,6 +355,10 @@ class LagrangianSystem:
         if all(v == "singular" for v in verdicts):
             return ["the mass matrix is singular. Fix: give every coordinate kinetic energy."]
         if all(v == "indefinite" for v in verdicts):
+            # Off-diagonal moments of inertia as parameters need not go with sampled ones.
+            at_defaults = mass.xreplace({p.symbol: sp.Float(p.default) for p in self.parameters})
+            if self._mass_verdict(at_defaults, 1) == "positive":
+                return []
             return ["kinetic energy is negative for some velocities. Fix: check its signs."]
         return []
 

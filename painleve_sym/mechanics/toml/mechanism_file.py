@@ -31,7 +31,6 @@ from painleve_sym.mechanics.toml.spatial_parts import (
     body_in_space,
     contact_in_space,
     is_triple,
-    locks,
 )
 from painleve_sym.time_limit import within_time
 
@@ -287,7 +286,9 @@ class _Reader:
         given = (DomainBound(table.formula("margin"), table.text("meaning")) for table in tables)
         planar = [body for body in self.bodies if isinstance(body, Body)]
         own = (bound for body in planar for bound in _mode_bounds(body))
-        return (*given, *own, *locks([b for b in self.bodies if isinstance(b, SpatialBody)]))
+        spatial = (body for body in self.bodies if isinstance(body, SpatialBody))
+        in_space = (DomainBound(*bound) for body in spatial for bound in body.bounds)
+        return (*given, *own, *in_space)
 
     def shapes(self) -> tuple[Shape, ...]:
         return tuple(s for t in self.top.tables("shapes", _SHAPE) if (s := _shape(t)) is not None)

@@ -68,14 +68,6 @@ def _inertia(table: Table) -> tuple[Any, ...]:
     return (1, 1, 1)
 
 
-def locks(bodies: Sequence[SpatialBody]) -> Iterator[DomainBound]:
-    """Yield the gimbal locks of the angles of bodies as bounds of the domain."""
-    for body in bodies:
-        if body.orientation.lock is not None and body.orientation.lock[0].free_symbols:
-            margin, meaning = body.orientation.lock
-            yield DomainBound(margin, f"{body.name}: {meaning}")
-
-
 def contact_in_space(
     table: Table, names: Mapping[str, sp.Expr], bodies: Sequence[SpatialBody]
 ) -> Callable[..., Contact]:
