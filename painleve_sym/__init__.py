@@ -91,9 +91,9 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import DomainBound as DomainBound
     from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
     from painleve_sym.mechanics.mechanism import Place as Place
+    from painleve_sym.mechanics.quaternions import Quaternion as Quaternion
     from painleve_sym.mechanics.shapes import Shape as Shape
     from painleve_sym.mechanics.shapes import ShapeKind as ShapeKind
-    from painleve_sym.mechanics.quaternions import Quaternion as Quaternion
     from painleve_sym.mechanics.spatial_bodies import Orientation as Orientation
     from painleve_sym.mechanics.spatial_bodies import SpatialBody as SpatialBody
     from painleve_sym.mechanics.system import TIME as TIME

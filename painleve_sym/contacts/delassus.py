@@ -51,8 +51,8 @@ class ContactNumbers(NamedTuple):
     b : ndarray, shape (2 n,), in space (3 n,)
         Accelerations without contact forces; m/s².
     margins : sequence of float, or ndarray
-        Of the bounds of the domain, all positive inside; in space one more, positive where the
-        mass matrix is regular.
+        Of the bounds of the domain, all positive inside; of a mechanism in space one more, positive
+        where its mass matrix is regular.
     mu : ndarray, shape (n,)
         Friction coefficients.
     """
@@ -124,6 +124,11 @@ class Dynamics(Protocol):
         """Tangential directions of a contact: 1 in the plane, 2 in space."""
         ...
 
+    @property
+    def n_margins(self) -> int:
+        """Number of `ContactNumbers.margins`."""
+        ...
+
     def contact_function(self) -> ca.Function:
         """Return the function of `argument_names` to all `ContactNumbers` but mu, row by row."""
         ...
@@ -153,6 +158,11 @@ class LagrangianDynamics:
     def n_tangents(self) -> int:
         """Tangential directions of a contact."""
         return 1 + self.outline.in_space
+
+    @property
+    def n_margins(self) -> int:
+        """One for each bound of the domain, and in space one for the mass matrix."""
+        return len(self.outline.domain) + self.outline.in_space
 
     def contact_function(self) -> ca.Function:
         """Return the function of all `ContactNumbers` but mu."""
@@ -291,7 +301,7 @@ class Delassus:
         size = ContactRows(n, tangents).size
         slip = (n,) if tangents == 1 else (n, tangents)
         own = [slip if name == "slip_velocity" else (n,) for name in _OF_CONTACT]
-        return [*own, (size, size), (size,), (len(outline.domain) + tangents - 1,)]
+        return [*own, (size, size), (size,), (self.dynamics.n_margins,)]
 
     @property
     def _motion_shapes(self) -> list[tuple[int, ...]]:

@@ -77,7 +77,7 @@ def refuse_outside(place: Place, margins: Sequence[float]) -> None:
 
 
 def _singular_mass(place: Place) -> str:
-    """Return a sentence on a place in space where some velocity moves no mass."""
+    """Return a sentence on a place in space where some velocities have no kinetic energy."""
     from painleve_sym.codegen.evaluate import numbers
 
     system, values = place.mechanism.system, place.values
@@ -85,17 +85,19 @@ def _singular_mass(place: Place) -> str:
     units = [v.unit for v in system.velocities]
     scale = [max(mass[k, k] for k, u in enumerate(units) if u == unit) for unit in units]
     root = np.sqrt(np.where(np.array(scale) > 0, scale, 1.0))
-    part = abs(np.linalg.eigh(mass / np.outer(root, root))[1][:, 0])
-    idle = [v for v, p in zip(system.velocities, part, strict=True) if p > part.max() / 1e3]
-    occurs = {str(s) for s in system.mass_matrix.free_symbols}
-    angles = [
-        c.name for c in system.coordinates if c.unit == "rad" and c.name in occurs | {v.row for v in idle}
-    ]
-    received = ", ".join(f"{name} = {values[name]!r}" for name in angles or place.given)
+    least, ways = np.linalg.eigh(mass / np.outer(root, root))
+    part = abs(ways[:, 0])
+    idle = [v.name for v, p in zip(system.velocities, part, strict=True) if p > part.max() / 1e3]
+    occurring = {str(s) for s in system.mass_matrix.free_symbols}
+    angles = {c.name for c in system.coordinates if c.unit == "rad"} & occurring
+    received = ", ".join(f"{n} = {v!r}" for n, v in values.items() if n in (angles or occurring))
+    front = f"state of {place.mechanism.name!r}: got {received}, where "
+    who = f"{idle[0]} has" if len(idle) == 1 else f"{' and '.join(idle)} together have"
+    if least[0] < -1e-9:
+        return f"{front}{who} negative kinetic energy. Fix: check masses and moments of inertia."
     return (
-        f"state of {place.mechanism.name!r}: at {received} the mass matrix is singular: "
-        f"{' with '.join(v.name for v in idle)} moves no mass, as in gimbal lock. Fix: give another "
-        "state, turn the body about other axes, or orient it by a quaternion."
+        f"{front}{who} no kinetic energy, so that the mass matrix is singular, as in gimbal lock. "
+        "Fix: give another state, turn the body about other axes, or orient it by a quaternion."
     )
 
 
@@ -105,12 +107,12 @@ def refuse_without_surface(place: Place, at: ContactNumbers) -> None:
         if np.isfinite([at.gap[i], at.gap_rate[i], *at.slip_velocity[i]]).all():
             continue
         if math.isfinite(at.gap[i]):
-            fault, fix = "'along' is normal to its surface", "another 'along' or "
+            fault, fix = "'along' is normal to its surface", "another 'along', "
         else:
             fault, fix = "the normal of its surface vanishes", ""
-        formulas = place.mechanism.contacts[i]
-        occurring = formulas.gap.free_symbols | set(place.mechanism.system.q)
-        known = {str(s) for s in occurring & set().union(*(f.free_symbols for f in (formulas.gap, *formulas.slip_velocities)))}
+        parts = place.mechanism.contacts[i]
+        occurring = {str(s) for f in (parts.gap, *parts.slip_velocities) for s in f.free_symbols}
+        known = occurring - set(place.mechanism.outline.velocity_names)
         received = ", ".join(f"{n} = {v:g}" for n, v in place.values.items() if n in known)
         raise InputError(
             f"state of {place.mechanism.name!r}: contact {contact.name!r} has no tangents here: "

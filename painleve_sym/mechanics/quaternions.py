@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sympy import Expr, Matrix, Symbol
 
 UNIT_WITHIN = 1e-6
-"""A quaternion whose norm differs from 1 by less is scaled to 1; another is refused."""
+"""A quaternion whose norm differs from 1 by less is scaled to 1; another is rejected."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Quaternion:
         values : mapping of str to float
             At least its four parts.
         given : mapping of str to object
-            What was given: where no part was, the axes of the body are those of space.
+            State as it came: where no part is in it, the axes of the body are those of space.
         """
         names = [c.name for c in self.coordinates]
         if not any(name in given for name in names):

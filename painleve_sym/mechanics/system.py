@@ -147,7 +147,7 @@ class LagrangianSystem:
     Where coordinates are parts of a `Quaternion`, the velocities are u with q̇ = N(q) u: the rates
     of the other coordinates and the angular velocity ω along the axes of that body. Then
     d/dt(∂T/∂u) + (ω × ∂T/∂ω in the rows of ω) − Nᵀ ∂(T − V)/∂q = Q + Jᵀ F, and q̇, q̈ above stand
-    for u, u̇ (Boltzmann and Hamel, Poincaré).
+    for u, u̇: Lagrange's equations in quasi-velocities.
 
     Every formula may depend on the time, `TIME`: a pivot or a frame that moves as prescribed gives
     T terms linear in q̇ and free of it. Where a coordinate or parameter is called ``t``, that is

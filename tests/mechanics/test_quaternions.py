@@ -33,7 +33,7 @@ def parameter(name, default, unit, lower=-math.inf):
 
 @cache
 def free_body(of_the_point=False):
-    """Return a body with a full tensor and a point; its coordinates are the centre's or the point's."""
+    """Return a body with a full tensor and a point; coordinates of its centre or of the point."""
     place = [ps.Coordinate(name, name, "m") for name in "xyz"]
     q = ps.Quaternion("q", "orientation of the body")
     m, g = parameter("m", 1.0, "kg", 0.0), parameter("g", 9.8, "m/s^2")
@@ -55,7 +55,8 @@ def free_body(of_the_point=False):
     )
     point = tuple(at) if of_the_point else body.point(tuple(r))
     contact = ps.Contact.in_space("A", system, point, mu.symbol)
-    return ps.Mechanism("free body", "free body", "test", system, (contact,))
+    domain = tuple(ps.DomainBound(*bound) for bound in body.bounds)
+    return ps.Mechanism("free body", "free body", "test", system, (contact,), domain)
 
 
 def numbers(mechanism, state, parameters=None):
@@ -86,7 +87,9 @@ def random_body(rng):
     m = rng.uniform(0.1, 5.0)
     tensor = m / 6 * sum(p @ p * np.eye(3) - np.outer(p, p) for p in points)
     r = rng.normal(size=3)
-    given = {f"J_{k}{n}": float(tensor[k - 1, n - 1]) for k, n in product((1, 2, 3), repeat=2) if n >= k}
+    given = {
+        f"J_{k}{n}": float(tensor[k - 1, n - 1]) for k, n in product((1, 2, 3), repeat=2) if n >= k
+    }
     given |= {"m": m, "g": rng.uniform(1, 20), "M_1": rng.normal()}
     return given | {f"r_{k}": float(v) for k, v in enumerate(r, 1)}, tensor, r
 
@@ -95,6 +98,12 @@ def turned(rotation):
     """Return the state of an orientation, by SciPy, which has the scalar part last."""
     x, y, z, w = rotation.as_quat()
     return dict(zip(PARTS, map(float, (w, x, y, z)), strict=True))
+
+
+def random_motion(rng):
+    """Return an orientation and an angular velocity as a state."""
+    omega = dict(zip(OMEGA, rng.normal(size=3).tolist(), strict=True))
+    return turned(Rotation.random(random_state=rng)) | omega
 
 
 @pytest.mark.parametrize("of_the_point", [False, True])
@@ -159,7 +168,9 @@ def in_quaternions(name, state, p):
     rotation = Rotation.from_euler(axes, angles)
     omega = np.zeros(3)
     for k in range(3):  # a turn's axis, along the axes that the later turns make
-        after = Rotation.from_euler(axes[k + 1 :], angles[k + 1 :]) if k < 2 else Rotation.identity()
+        after = (
+            Rotation.from_euler(axes[k + 1 :], angles[k + 1 :]) if k < 2 else Rotation.identity()
+        )
         omega += rates[k] * (after.inv().apply(np.eye(3)["XYZ".index(axes[k])])).reshape(3)
     tensor, r = body_of(name, p)
     end = next(n for n in state if n.startswith("x_"))[2:]
@@ -224,7 +235,7 @@ def test_angles_and_a_quaternion_are_one_physical_state(name, seed, mu):
 @given(seed=st.integers(0, 2**32 - 1))
 def test_minus_q_is_the_same_orientation_to_the_last_bit(seed):
     mechanism, rng = free_body(), np.random.default_rng(seed)
-    state = turned(Rotation.random(random_state=rng)) | dict(zip(OMEGA, rng.normal(size=3), strict=True))
+    state = random_motion(rng)
     one = numbers(mechanism, state)
     other = numbers(mechanism, state | {name: -state[name] for name in PARTS})
     for a, b in zip(one, other, strict=True):
@@ -255,9 +266,16 @@ def test_units_change_nothing():
     """Another metre, kilogram and second: W by 1/kg, b by m/s²; a quaternion has no unit."""
     mechanism, rng = free_body(), np.random.default_rng(9)
     given, _, _ = random_body(rng)
-    state = turned(Rotation.random(random_state=rng)) | dict(zip(OMEGA, rng.normal(size=3), strict=True))
+    state = random_motion(rng)
     metre, kilogram, second = 1000.0, 7.0, 60.0
-    size = {"m": metre, "kg": kilogram, "s": second, "1": 1.0, "rad": 1.0, "N": kilogram * metre / second**2}
+    size = {
+        "m": metre,
+        "kg": kilogram,
+        "s": second,
+        "1": 1.0,
+        "rad": 1.0,
+        "N": kilogram * metre / second**2,
+    }
     units = mechanism.units
 
     def in_other_units(values):
@@ -282,12 +300,14 @@ def test_units_change_nothing():
 
 def test_where_angles_lock_a_quaternion_answers():
     """The brick at a pitch of 90° has no rates of its angles; the quaternion is one of others."""
-    with pytest.raises(ps.InputError, match="gimbal lock.*theta.*or orient the body by a quaternion"):
+    with pytest.raises(
+        ps.InputError, match=r"gimbal lock.*theta.*or orient the body by a quaternion"
+    ):
         ps.classify("brick", {"theta": math.pi / 2, "x_C_dot": -1.0})
     answer = ps.classify(load_mechanism(BRICK)).answer
     near = ps.classify("brick", {"theta": math.pi / 2 - 1e-5, "x_C_dot": -1.0}).answer
-    assert near.A == pytest.approx(answer.A, abs=1e-3)
-    assert answer.A == pytest.approx(37 / 13)  # 1/m + x²/J_2 + y²/J_1 of the corner, by hand
+    assert pytest.approx(answer.A, abs=1e-3) == near.A
+    assert pytest.approx(37 / 13) == answer.A  # 1/m + x²/J_2 + y²/J_1 of the corner, by hand
 
 
 # ---- files and formulas ----
@@ -332,10 +352,13 @@ def test_commands_take_it_with_the_keys_of_angles(capsys):
     assert set(own) == set(json.loads(capsys.readouterr().out))
     assert main(["map", BRICK, "--over", "omega_1,slip_direction", "--points", "10", "--json"]) == 0
     assert sum(json.loads(capsys.readouterr().out)["counts"].values()) == 100
-    assert main(["jump", BRICK, "--state", "z=0.2,q_w=0.7071068,q_y=0.7071068,z_dot=-1", "--json"]) == 0
-    assert set(OMEGA) < set(json.loads(capsys.readouterr().out)["velocity_before"])
+    assert (
+        main(["jump", BRICK, "--state", "z=0.2,q_w=0.7071068,q_y=0.7071068,z_dot=-1", "--json"])
+        == 0
+    )
+    assert set(OMEGA) < set(json.loads(capsys.readouterr().out)["final"]["velocity"])
     assert main(["models", BRICK, "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
+    [data] = json.loads(capsys.readouterr().out)["models"]
     assert [v["name"] for v in data["velocities"]] == ["x_dot", "y_dot", "z_dot", *OMEGA]
     assert data["coordinates"][3]["velocity"] is None
     assert main(["simulate", BRICK, "--law", "rigid", "--t-end", "0.1"]) == 2
@@ -361,9 +384,9 @@ def test_a_quaternion_is_of_unit_norm():
         mechanism.at({"q_w": 3.0, "q_z": 4.0})
     assert "= (3, 0, 0, 4) has the norm 5, need 1" in str(caught.value)
     assert "Fix: give q_w=0.6,q_x=0,q_y=0,q_z=0.8" in str(caught.value)
-    with pytest.raises(ps.InputError, match="has the norm 0, need 1.* Fix: give q_w=1,q_x=0"):
+    with pytest.raises(ps.InputError, match=r"has the norm 0, need 1.* Fix: give q_w=1,q_x=0"):
         mechanism.at({"q_w": 0.0})
-    with pytest.raises(ps.InputError, match="need finite|finite number"):
+    with pytest.raises(ps.InputError, match=r"need finite|finite number"):
         mechanism.at({"q_w": math.nan})
 
 
@@ -377,7 +400,6 @@ def test_a_quaternion_is_of_unit_norm():
         ("[quaternions]", '[quaternions]\nr = { rate = "w" }', "unknown key 'rate'"),
         ("[quaternions]", '[quaternions]\n"1r" = { velocity = "w" }', "name '1r_w' is not usable"),
         ('"m*(b**2 + c**2)/3"', '"m*(b**2 + c**2)"', "largest is more than the other two together"),
-        ('"m*(b**2 + c**2)/3"', '"0"', "the mass matrix is singular"),
         ("[start]", "[forces]\nq_w = 1\n[start]", "unknown coordinate 'q_w'"),
     ],
 )
@@ -391,23 +413,27 @@ def test_a_file_with_a_quaternion_says_what_is_wrong(old, new, message):
 
 def test_a_part_of_a_quaternion_is_no_axis_and_closes_nothing():
     mechanism = load_mechanism(BRICK)
-    with pytest.raises(ps.InputError, match="q_x is a part of the quaternion q, whose norm stays 1"):
+    with pytest.raises(
+        ps.InputError, match="q_x is a part of the quaternion q, whose norm stays 1"
+    ):
         ps.region_map(mechanism, ("q_x", "mu"), points=10)
-    with pytest.raises(ps.InputError, match="q_x is a part of the quaternion q.* name x or y or z"):
+    with pytest.raises(
+        ps.InputError, match=r"q_x is a part of the quaternion q.* name x or y or z"
+    ):
         ps.classify(mechanism, close="q_x")
-    with pytest.raises(ps.InputError, match="does not depend on x. Fix: name one of z."):
+    with pytest.raises(ps.InputError, match=r"does not depend on x. Fix: name one of z."):
         ps.classify(mechanism, close="x")
 
 
 def test_a_quaternion_comes_whole():
     q, m = ps.Quaternion("q", "orientation"), ps.Parameter("m", 1.0, "kg", "mass", 0.0)
     body = ps.SpatialBody(m.symbol, (0, 0, 0), (1, 1, 1), q)
-    with pytest.raises(ps.ModelError, match="quaternion 'q' lacks q_z. Fix: give"):
+    with pytest.raises(ps.ModelError, match=r"quaternion 'q' lacks q_z. Fix: give"):
         ps.LagrangianSystem.of_bodies("part", q.coordinates[:3], (m,), [body])
 
 
 def test_a_tensor_is_judged_at_the_values_of_its_parameters():
-    with pytest.raises(ps.InputError, match="top: .* more than the other two together"):
+    with pytest.raises(ps.InputError, match=r"top: .* more than the other two together"):
         ps.classify("top", parameters={"J_3": 1e-3})
     assert ps.classify("top", parameters={"J_1": 2e-5}).answer.A > 0  # a flat body
     with pytest.raises(ps.InputError, match="body: no principal moment of inertia is negative"):
@@ -419,12 +445,17 @@ def test_a_tensor_is_judged_at_the_values_of_its_parameters():
     ("name", "state", "parameters", "idle"),
     [
         ("slider-3d", {"theta": math.pi / 2}, {"h": 1.0}, "psi_dot"),
-        ("two-link-arm-3d", {"theta_1": -math.pi / 2, "theta_2": -math.pi / 2}, {"h": 1.0}, "psi_dot"),
+        (
+            "two-link-arm-3d",
+            {"theta_1": -math.pi / 2, "theta_2": -math.pi / 2},
+            {"h": 1.0},
+            "psi_dot",
+        ),
         ("examples/mechanisms/rod-on-ball.toml", {"theta": math.pi / 2, "z": 2.5}, {}, "psi_dot"),
     ],
 )
 def test_angles_that_move_no_mass_are_named(name, state, parameters, idle):
-    message = f"theta.*the mass matrix is singular: {idle} moves no mass.* by a quaternion"
+    message = f"got .*theta.*where {idle} has no kinetic energy.*singular.* by a quaternion"
     with pytest.raises(ps.InputError, match=message):
         ps.classify(name, state, parameters=parameters)
     with pytest.raises(ps.InputError, match=message):

@@ -30,7 +30,7 @@ def spatial_sections(mechanism: Mechanism) -> tuple[Section, ...]:
     system = mechanism.system
     names = ", ".join(v.row for v in system.velocities)
     note = f"M q_ddot = h + J^T F with q = ({names}), F = (F_n, F_t1, F_t2)"
-    turning = ()
+    turning: tuple[Formula, ...] = ()
     if system.quaternions:
         names, velocities = (
             ", ".join(str(s) for s in symbols) for symbols in (system.q, system.q_dot)

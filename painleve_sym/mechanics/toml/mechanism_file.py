@@ -188,9 +188,10 @@ class _Reader:
                 self.check_name("coordinates", c.name)
                 names |= {c.name: c.symbol, c.velocity.name: c.velocity.symbol}
         for quaternion in self.quaternions.values():
-            for part in (*quaternion.coordinates, *quaternion.velocities):
-                self.check_name("quaternions", part.name, quaternion.name)
-                names[part.name] = part.symbol
+            parts = [(c.name, c.symbol) for c in quaternion.coordinates]
+            for name, symbol in (*parts, *((v.name, v.symbol) for v in quaternion.velocities)):
+                self.check_name("quaternions", name, quaternion.name)
+                names[name] = symbol
         for p in parameters:
             self.check_name("parameters", p.name)
             names[p.name] = p.symbol
@@ -208,8 +209,8 @@ class _Reader:
         if fault:
             self.top.fault(fault, table, key or name)
         elif name in self.formulas.names or name in CONSTANTS:
-            fix = f'"{key}" another velocity = "..."' if key else "one"
-            self.top.fault(f"name {name!r} is declared twice. Fix: rename {fix}.", table, key or name)
+            fix = f'name {key} or its velocity = "..." another way' if key else "rename one"
+            self.top.fault(f"name {name!r} is declared twice. Fix: {fix}.", table, key or name)
 
     # ---- the system ----
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -10,7 +10,6 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.mechanism import DomainBound
 from painleve_sym.mechanics.quaternions import Quaternion
 from painleve_sym.mechanics.spatial_bodies import Orientation, SpatialBody
 from painleve_sym.mechanics.toml.expressions import Formulas
