@@ -238,12 +238,12 @@ def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
             slope = gap.diff(q)
             if isinstance(coordinate, QuaternionPart):
                 continue
-            bend = sp.expand(slope.diff(q))
+            bend = slope.diff(q)
             if slope == 0:
                 continue
-            if bend == 0:
+            if _is_zero(bend):
                 formulas[f"root_{q.name}"] = -gap.subs(q, 0) / slope
-            elif coordinate.unit == "rad" and sp.expand(bend.diff(q) + slope) == 0:
+            elif coordinate.unit == "rad" and _is_zero(bend.diff(q) + slope):
                 ahead, behind, across = (gap.subs(q, at) for at in (0, sp.pi, sp.pi / 2))
                 mean = (ahead + behind) / 2
                 formulas[f"mean_{q.name}"] = mean
@@ -252,6 +252,17 @@ def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
         return formulas, argument_symbols(mechanism)
 
     return quantities(f"roots {i}", mechanism.definition, mechanism.outline.argument_names, derive)
+
+
+def _is_zero(formula: Any) -> bool:
+    """Return whether a formula is zero; a long one that is not zero is not multiplied out."""
+    import sympy as sp
+
+    from painleve_sym.mechanics.system import sample_values, vanishes
+
+    symbols = sorted(formula.free_symbols, key=str)
+    at_points = (formula.xreplace(sample_values(symbols, seed)).evalf(30) for seed in (1, 2))
+    return all(map(vanishes, at_points)) and sp.expand(formula) == 0
 
 
 def _solved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]) -> Array:

@@ -435,9 +435,7 @@ class LagrangianSystem:
         forms = [formula]
         for quaternion in self.quaternions:
             forms += [new for f in forms for new in on_unit_sphere(f, quaternion.symbols)]
-        if len(forms) == 1:
-            return readable(formula)
-        return min(map(readable, dict.fromkeys(forms)), key=sp.count_ops)
+        return readable(min(forms, key=sp.count_ops) if len(forms) > 1 else formula)
 
     @cached_property
     def mass_matrix(self) -> sp.Matrix:

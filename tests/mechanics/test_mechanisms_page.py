@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import re
 from pathlib import Path
 
@@ -30,6 +31,8 @@ def test_page_shows_a_file_that_can_be_read():
 
 
 def test_page_shows_python_that_runs(capsys):
-    *_, code = _blocks("python")
+    shown, code = _blocks("python")
+    example = doctest.DocTestParser().get_doctest(shown, {}, "mechanisms", None, None)
+    assert doctest.DocTestRunner().run(example).failed == 0
     exec(compile(code, "docs/mechanisms.md", "exec"), {})
     assert capsys.readouterr().out == "ContactCase.SLIP\n"

@@ -451,7 +451,13 @@ def test_a_tensor_is_judged_at_the_values_of_its_parameters():
             {"h": 1.0},
             "psi_dot",
         ),
-        ("examples/mechanisms/rod-on-ball.toml", {"theta": math.pi / 2, "z": 2.5}, {}, "psi_dot"),
+        pytest.param(
+            "examples/mechanisms/rod-on-ball.toml",
+            {"theta": math.pi / 2, "z": 2.5},
+            {},
+            "psi_dot",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_angles_that_move_no_mass_are_named(name, state, parameters, idle):
