@@ -161,12 +161,8 @@ def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:
     coordinates = [c.name for c in outline.coordinates]
     of_velocity = {v.name: v.row for v in outline.velocities}
     movable = [row for row in of_velocity.values() if row in coordinates]
-    for quaternion in outline.quaternions:
-        if name in (c.name for c in quaternion.coordinates):
-            raise InputError(
-                f"{where}: {name} is a part of the quaternion {quaternion.name}, whose norm stays "
-                f"1. Fix: name {' or '.join(movable or of_velocity)}."
-            )
+    if fault := outline.part_fault(name):
+        raise InputError(f"{where}: {fault} Fix: name {' or '.join(movable or of_velocity)}.")
     if name not in coordinates and name not in of_velocity:
         raise InputError(f"{where}: {unknown_name('coordinate', name, coordinates)}")
     i = contacts.index(contact) if colon else 0

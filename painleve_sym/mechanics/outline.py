@@ -164,7 +164,7 @@ class MechanismOutline:
             if len(whole) == len(zeros) and all(
                 type(v) is float and abs(v) <= LARGEST for v in given.values()
             ):
-                return self._turned(where, cast(dict[str, float], whole), given)
+                return self.with_unit_quaternions(where, cast(dict[str, float], whole), given)
         if isinstance(given, list | tuple) and len(given) == len(zeros):
             raise InputError(
                 f"{where}: got {received(given)}, need numbers by name. "
@@ -182,12 +182,27 @@ class MechanismOutline:
                 faults.append(fault)
         if faults:
             raise InputError(f"{where}: " + " ".join(faults))
-        return self._turned(where, values, by_name(given, where))
+        return self.with_unit_quaternions(where, values, by_name(given, where))
 
-    def _turned(
+    def part_fault(self, name: str) -> str:
+        """Return why a part of a quaternion cannot vary by itself; empty for other names."""
+        for quaternion in self.quaternions:
+            if name in (c.name for c in quaternion.coordinates):
+                return f"{name} is a part of the quaternion {quaternion.name}, whose norm stays 1."
+        return ""
+
+    def with_unit_quaternions(
         self, where: str, values: dict[str, float], given: Mapping[str, Any]
     ) -> dict[str, float]:
-        """Return the values with quaternions of unit norm; InputError where one is far from it."""
+        """Return the values of states with every quaternion scaled to unit norm.
+
+        `given` tells which were given: see `Quaternion.scaled`. `where` begins messages.
+
+        Raises
+        ------
+        InputError
+            A quaternion whose norm differs from 1 by more than `UNIT_WITHIN`.
+        """
         for quaternion in self.quaternions:
             parts, fault = quaternion.scaled(values, given)
             if fault:

@@ -18,6 +18,7 @@ import painleve_sym as ps
 from painleve_sym.cli import main
 from painleve_sym.codegen.evaluate import numbers as evaluated
 from painleve_sym.contacts.delassus import Delassus
+from painleve_sym.contacts.positive import positive_function
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
 
 BRICK = "examples/mechanisms/tumbling-brick.toml"
@@ -417,6 +418,10 @@ def test_a_part_of_a_quaternion_is_no_axis_and_closes_nothing():
         ps.InputError, match="q_x is a part of the quaternion q, whose norm stays 1"
     ):
         ps.region_map(mechanism, ("q_x", "mu"), points=10)
+    with pytest.raises(ps.InputError, match=r"certify .* q_x is a part of the quaternion q, whose"):
+        positive_function(mechanism, {"q_x": (0.0, 0.1)}, {})
+    with pytest.raises(ps.InputError, match="need 1"):
+        positive_function(mechanism, {"mu": (0.1, 0.2)}, {"q_w": 3.0})
     with pytest.raises(
         ps.InputError, match=r"q_x is a part of the quaternion q.* name x or y or z"
     ):

@@ -191,14 +191,9 @@ def _checked_names(mechanism: Mechanism, where: str, axes: str | Sequence[str]) 
     for name in over:
         if name not in known:
             raise InputError(f"{where}: {unknown_name('axis', name, known)}")
-    for quaternion in mechanism.outline.quaternions:
-        parts = [c.name for c in quaternion.coordinates]
-        for name in over:
-            if name in parts:
-                raise InputError(
-                    f"{where}: {name} is a part of the quaternion {quaternion.name}, whose norm "
-                    "stays 1. Fix: map over velocities or parameters, or give the body angles."
-                )
+        if fault := mechanism.outline.part_fault(name):
+            fix = "Fix: map over velocities or parameters, or give the body angles."
+            raise InputError(f"{where}: {fault} {fix}")
     if len(over) != 2 or over[0] == over[1]:
         received = ", ".join(over) or "none"
         raise InputError(f"{where}: axes: got {received}, need two different names.")
