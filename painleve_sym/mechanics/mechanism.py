@@ -159,6 +159,8 @@ class Mechanism(Shown, Deferred):
             yield f"contact {name!r} is declared twice. Fix: give each its own name."
         if len({c.n_tangents for c in self.contacts}) > 1:
             yield "it has contacts in the plane and in space. Fix: make all of them by in_space."
+        if self.system.quaternions and any(c.n_tangents == 1 for c in self.contacts):
+            yield "it has a quaternion and a contact in the plane. Fix: make contacts by in_space."
         for contact in self.contacts:
             if contact.system is not self.system:
                 yield f"contact {contact.name!r} belongs to another system. Fix: give it this one."

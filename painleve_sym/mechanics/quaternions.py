@@ -159,8 +159,11 @@ def quaternions_of(coordinates: Sequence[Coordinate]) -> tuple[Quaternion, ...]:
 
 def velocities_of(coordinates: Sequence[Coordinate]) -> tuple[Velocity, ...]:
     """Return the velocities u with q̇ = N(q) u: rates of coordinates, ω for each quaternion."""
-    velocities: dict[Velocity, None] = {}
+    velocities, seen = list[Velocity](), set[Quaternion]()
     for c in coordinates:
-        own = c.of.velocities if isinstance(c, QuaternionPart) else (c.velocity,)
-        velocities |= dict.fromkeys(own)
+        if not isinstance(c, QuaternionPart):
+            velocities.append(c.velocity)
+        elif c.of not in seen:
+            seen.add(c.of)
+            velocities += c.of.velocities
     return tuple(velocities)

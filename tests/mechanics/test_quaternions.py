@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from functools import cache
@@ -437,6 +438,50 @@ def test_a_quaternion_comes_whole():
         ps.LagrangianSystem.of_bodies("part", q.coordinates[:3], (m,), [body])
 
 
+def test_two_quaternions_have_velocities_of_their_own():
+    q, r = (ps.Quaternion(name, "orientation") for name in "qr")
+    m = ps.Parameter("m", 1.0, "kg", "mass", 0.0, lower_closed=False)
+    bodies = [ps.SpatialBody(m.symbol, (0, 0, 0), (1, 1, 1), turned) for turned in (q, r)]
+    coordinates = (*q.coordinates, *r.coordinates)
+    with pytest.raises(ps.ModelError, match="name 'omega_1' is declared twice"):
+        ps.LagrangianSystem.of_bodies("two", coordinates, (m,), bodies)
+
+
+def test_two_bodies_turn_by_themselves():
+    """What is derived for one does not depend on the other; loads on a point and on an axis."""
+    q, r = ps.Quaternion("q", "first"), ps.Quaternion("r", "second", velocity="spin")
+    m = ps.Parameter("m", 1.0, "kg", "mass", 0.0, lower_closed=False)
+    F = ps.Parameter("F", 1.0, "N", "force along x on a point of the second body")
+    one, two = (ps.SpatialBody(m.symbol, (0, 0, 0), (1, 2, 2.5), turned) for turned in (q, r))
+    force = ps.Load.force(two.point((0, 1, 0)), (F.symbol, 0, 0))
+    system = ps.LagrangianSystem.of_bodies(
+        "two", (*q.coordinates, *r.coordinates), (m, F), [one, two], loads=[force]
+    )
+    omega, spin = np.array([0.3, -0.5, 0.7]), np.array([1.0, 0.2, -0.4])
+    rotation = Rotation.from_rotvec([0.4, -0.2, 0.9])
+    values = turned(rotation) | {n.replace("q_", "r_"): v for n, v in turned(rotation).items()}
+    values |= dict(zip(OMEGA, omega, strict=True)) | {"F": 3.0, "m": 1.0}
+    values |= {f"spin_{k}": v for k, v in enumerate(spin, 1)}
+    h, J = evaluated(list(system.bias_force), values), np.diag([1, 2, 2.5])
+    pull = np.cross([0, 1, 0], rotation.inv().apply([3.0, 0, 0]))
+    assert np.allclose(h[:3], -np.cross(omega, J @ omega), atol=1e-14)
+    assert np.allclose(h[3:], pull - np.cross(spin, J @ spin), atol=1e-14)
+    assert np.allclose(
+        evaluated(list(system.mass_matrix), values), np.diag([1, 2, 2.5] * 2).ravel()
+    )
+
+
+def test_a_planar_contact_takes_no_quaternion():
+    q, m = ps.Quaternion("q", "orientation"), ps.Parameter("m", 1.0, "kg", "mass", 0.0)
+    mu = ps.Parameter("mu", 0.5, "1", "friction", 0.0)
+    body = ps.SpatialBody(m.symbol, (0, 0, 0), (1, 1, 1), q)
+    system = ps.LagrangianSystem.of_bodies("mixed", q.coordinates, (m, mu), [body])
+    slip = q.velocities[0].symbol
+    contact = ps.Contact("A", system, q.coordinates[1].symbol, slip, mu.symbol)
+    with pytest.raises(ps.ModelError, match="a quaternion and a contact in the plane"):
+        ps.Mechanism("mixed", "mixed", "test", system, (contact,))
+
+
 def test_a_tensor_is_judged_at_the_values_of_its_parameters():
     with pytest.raises(ps.InputError, match=r"top: .* more than the other two together"):
         ps.classify("top", parameters={"J_3": 1e-3})
@@ -471,6 +516,15 @@ def test_angles_that_move_no_mass_are_named(name, state, parameters, idle):
         ps.classify(name, state, parameters=parameters)
     with pytest.raises(ps.InputError, match=message):
         ps.evaluate_jump(name, "energetic", state, parameters=parameters)
+
+
+def test_angles_that_lock_together_are_named_without_a_bound():
+    """A top of one's own, whose domain says nothing of its angles."""
+    top = dataclasses.replace(ps.model("top"), domain=())
+    message = r"got .*theta = 0.0, where psi_dot and phi_dot together have no kinetic energy"
+    with pytest.raises(ps.InputError, match=message):
+        ps.classify(top, {"theta": 0.0, "x_T_dot": 1.0})
+    assert ps.classify(top, {"theta": 1e-5, "x_T_dot": 1.0}).answer.A > 0
 
 
 BALL = """
