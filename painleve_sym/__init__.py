@@ -91,6 +91,7 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import DomainBound as DomainBound
     from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
     from painleve_sym.mechanics.mechanism import Place as Place
+    from painleve_sym.mechanics.quaternions import Quaternion as Quaternion
     from painleve_sym.mechanics.shapes import Shape as Shape
     from painleve_sym.mechanics.shapes import ShapeKind as ShapeKind
     from painleve_sym.mechanics.spatial_bodies import Orientation as Orientation
@@ -198,6 +199,7 @@ _NAMES = {
     "mechanics.materials": ("Material", "material"),
     "mechanics.mechanism": ("DomainBound", "Mechanism", "Place"),
     "mechanics.shapes": ("Shape", "ShapeKind"),
+    "mechanics.quaternions": ("Quaternion",),
     "mechanics.spatial_bodies": ("Orientation", "SpatialBody"),
     "mechanics.system": ("LagrangianSystem", "TIME"),
     "mechanics.toml.mechanism_file": ("load_mechanism",),

@@ -70,6 +70,7 @@ def test_files_of_every_kind_are_tested():
     [
         (MECHANISM, reader._TOP),
         (MECHANISM["coordinates"]["additionalProperties"]["properties"], reader._COORDINATE),
+        (MECHANISM["quaternions"]["additionalProperties"]["properties"], reader._QUATERNION),
         (MECHANISM["parameters"]["additionalProperties"]["properties"], reader._PARAMETER),
         (MECHANISM["bodies"]["items"]["properties"], reader._BODY),
         (MECHANISM["bodies"]["items"]["properties"]["modes"]["items"]["properties"], reader._MODE),

@@ -61,16 +61,20 @@ def _show_list(heading: str, sentences: Mapping[str, str]) -> None:
 
 def model_data(mechanism: Mechanism) -> dict[str, Any]:
     """Return what there is to know of a mechanism as plain data."""
+    of_row = {v.row: v for v in mechanism.outline.velocities}
     return {
         **plain_fields(mechanism, "name", "title", "source"),
         "references": references_data(mechanism.source),
         "coordinates": [
             {
                 **plain_fields(c, "name", "meaning", "unit"),
-                "velocity": f"{c.name}_dot",
-                "velocity_unit": f"{c.unit}/s",
+                "velocity": own.name if (own := of_row.get(c.name)) else None,
+                "velocity_unit": own.unit if own else None,
             }
             for c in mechanism.outline.coordinates
+        ],
+        "velocities": [
+            plain_fields(v, "name", "meaning", "unit") for v in mechanism.outline.velocities
         ],
         "parameters": [parameter_data(p) for p in mechanism.outline.parameters],
         "contacts": [
@@ -93,10 +97,7 @@ def _show_model(mechanism: Mechanism) -> None:
     show()
     print(mechanism.sketch)
     rows = [(c.name, c.unit, c.meaning) for c in mechanism.outline.coordinates]
-    rows += [
-        (f"{c.name}_dot", f"{c.unit}/s", f"velocity of {c.name}")
-        for c in mechanism.outline.coordinates
-    ]
+    rows += [(v.name, v.unit, v.meaning) for v in mechanism.outline.velocities]
     if mechanism.depends_on_time:
         rows.append((TIME_NAME, "s", "time of what moves as prescribed, at the start"))
     show_table(("state", "unit", "meaning"), rows, left=(0, 1, 2))

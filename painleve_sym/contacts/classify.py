@@ -19,7 +19,7 @@ from painleve_sym.contacts.chatter import Chatter, chatter
 from painleve_sym.contacts.classify_in_space import SpatialClassification, classified_in_space
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.contacts.inputs import place_of, refuse_outside
+from painleve_sym.contacts.inputs import place_of, refuse_outside, refuse_without_surface
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
@@ -316,6 +316,8 @@ def _closed_at(place: Place) -> tuple[ContactNumbers, list[int]]:
     mechanism = place.mechanism
     numbers = Delassus.of(mechanism).at(place.values)
     refuse_outside(place, numbers.margins)
+    if mechanism.outline.in_space:
+        refuse_without_surface(place, numbers)
     return numbers, closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
 
 

@@ -35,7 +35,7 @@ def length_formula(mechanism: Mechanism, i: int = 0, mobility: Expr | None = Non
     positive = [s for s in lengths if s.is_positive]
     if positive:
         return sp.Mul(*positive) ** sp.Rational(1, len(positive))
-    angles = [k for k, c in enumerate(system.coordinates) if c.unit == "rad"]
+    angles = [k for k, v in enumerate(system.velocities) if v.unit == "rad/s"]
     if angles:
         inertia = sum(system.mass_matrix[k, k] for k in angles)
         if mobility is None:

@@ -21,6 +21,7 @@ from painleve_sym.contacts.delassus import (
 )
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.quaternions import QuaternionPart
 from painleve_sym.progress import progress
 
 IntArray = NDArray[np.intp]
@@ -47,19 +48,17 @@ class Unknown:
     contact : int
         Which contact of the mechanism.
     coordinate : str
-        Name of the coordinate.
+        Name of the coordinate; of a part of an angular velocity, its own.
     name : str
         The coordinate, which makes gap = 0, or its velocity, which makes gap_rate = 0.
+    is_velocity : bool
+        Whether gap_rate = 0 is solved.
     """
 
     contact: int
     coordinate: str
     name: str
-
-    @property
-    def is_velocity(self) -> bool:
-        """Whether gap_rate = 0 is solved."""
-        return self.name != self.coordinate
+    is_velocity: bool
 
 
 def closed_state(
@@ -158,17 +157,22 @@ def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:
             f"{where}: got {text!r}, need CONTACT:COORDINATE, such as {contacts[0]}:{name}: "
             f"there are the contacts {', '.join(contacts)}."
         )
-    coordinates = [c.name for c in mechanism.outline.coordinates]
-    of_velocity = dict(zip(mechanism.outline.velocity_names, coordinates, strict=True))
+    outline = mechanism.outline
+    coordinates = [c.name for c in outline.coordinates]
+    of_velocity = {v.name: v.row for v in outline.velocities}
+    movable = [row for row in of_velocity.values() if row in coordinates]
+    if fault := outline.part_fault(name):
+        raise InputError(f"{where}: {fault} Fix: name {' or '.join(movable or of_velocity)}.")
     if name not in coordinates and name not in of_velocity:
         raise InputError(f"{where}: {unknown_name('coordinate', name, coordinates)}")
     i = contacts.index(contact) if colon else 0
-    unknown = Unknown(i, of_velocity.get(name, name) if name not in coordinates else name, name)
+    unknown = Unknown(i, of_velocity.get(name, name), name, name in of_velocity)
     known = gap_slopes(mechanism, i).names
-    dependent = [c for c in coordinates if f"gap_by_{c}" in known]
-    if unknown.coordinate not in dependent:
+    rows = of_velocity if unknown.is_velocity else {name: name for name in movable}
+    dependent = [name for name, row in rows.items() if f"gap_by_{row}" in known]
+    if name not in dependent:
         subject = "gap" if not unknown.is_velocity else "normal velocity"
-        need = ", ".join(f"{c}_dot" if unknown.is_velocity else c for c in dependent)
+        need = ", ".join(dependent)
         raise InputError(
             f"{where}: the {subject} of contact {contacts[i]!r} does not depend on {name}. "
             + (f"Fix: name one of {need}." if dependent else "No coordinate changes it.")
@@ -199,11 +203,15 @@ def closing_hint(
 
 
 def gap_slopes(mechanism: Mechanism, i: int) -> Quantities:
-    """Return gap, gap_rate, and gap_by_NAME for every coordinate that the gap depends on."""
+    """Return gap, gap_rate, and gap_by_NAME for every coordinate that the gap depends on.
+
+    In place of the parts of a quaternion the names are those of its angular velocity.
+    """
 
     def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
         contact, system = mechanism.contacts[i], mechanism.system
-        slopes = {f"gap_by_{q.name}": contact.gap.diff(q) for q in system.q}
+        rows, slopes_by = [v.row for v in system.velocities], system.slopes(contact.gap)
+        slopes = {f"gap_by_{n}": slope for n, slope in zip(rows, slopes_by, strict=True)}
         formulas = {"gap": contact.gap, "gap_rate": contact.gap_rate}
         formulas |= {name: slope for name, slope in slopes.items() if slope != 0}
         return formulas, argument_symbols(mechanism)
@@ -224,12 +232,14 @@ def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
         gap, formulas = mechanism.contacts[i].gap, {}
         for q, coordinate in zip(mechanism.system.q, mechanism.outline.coordinates, strict=True):
             slope = gap.diff(q)
-            bend = sp.expand(slope.diff(q))
+            if isinstance(coordinate, QuaternionPart):
+                continue
+            bend = slope.diff(q)
             if slope == 0:
                 continue
-            if bend == 0:
+            if _is_zero(bend):
                 formulas[f"root_{q.name}"] = -gap.subs(q, 0) / slope
-            elif coordinate.unit == "rad" and sp.expand(bend.diff(q) + slope) == 0:
+            elif coordinate.unit == "rad" and _is_zero(bend.diff(q) + slope):
                 ahead, behind, across = (gap.subs(q, at) for at in (0, sp.pi, sp.pi / 2))
                 mean = (ahead + behind) / 2
                 formulas[f"mean_{q.name}"] = mean
@@ -238,6 +248,17 @@ def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
         return formulas, argument_symbols(mechanism)
 
     return quantities(f"roots {i}", mechanism.definition, mechanism.outline.argument_names, derive)
+
+
+def _is_zero(formula: Any) -> bool:
+    """Return whether a formula is zero; a long one that is not zero is not multiplied out."""
+    import sympy as sp
+
+    from painleve_sym.mechanics.system import sample_values, vanishes
+
+    symbols = sorted(formula.free_symbols, key=str)
+    at_points = (formula.xreplace(sample_values(symbols, seed)).evalf(30) for seed in (1, 2))
+    return all(map(vanishes, at_points)) and sp.expand(formula) == 0
 
 
 def _solved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]) -> Array:

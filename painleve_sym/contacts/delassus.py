@@ -51,7 +51,8 @@ class ContactNumbers(NamedTuple):
     b : ndarray, shape (2 n,), in space (3 n,)
         Accelerations without contact forces; m/s².
     margins : sequence of float, or ndarray
-        Of the bounds of the domain, all positive inside.
+        Of the bounds of the domain, all positive inside; of a mechanism in space one more, positive
+        where its mass matrix is regular.
     mu : ndarray, shape (n,)
         Friction coefficients.
     """
@@ -78,16 +79,16 @@ class ContactNumbers(NamedTuple):
 
 
 class MotionNumbers(NamedTuple):
-    """Effect of contact impulses on a mechanism of nq coordinates, at one state or several.
+    """Effect of contact impulses on a mechanism of nu velocities, at one state or several.
 
     Attributes
     ----------
-    J : ndarray, shape (2 n, nq)
-        Velocities of the contacts by those of the coordinates.
-    D : ndarray, shape (nq, 2 n)
-        M⁻¹ Jᵀ: velocities of the coordinates by the impulses.
-    free : ndarray, shape (nq,)
-        Accelerations of the coordinates without contact forces.
+    J : ndarray, shape (2 n, nu)
+        Velocities of the contacts by those of the mechanism.
+    D : ndarray, shape (nu, 2 n)
+        M⁻¹ Jᵀ: velocities of the mechanism by the impulses.
+    free : ndarray, shape (nu,)
+        Accelerations of the mechanism without contact forces.
     drive_speeds : ndarray, shape (2 n,)
         Of the surfaces; m/s.
     kinetic_energy : ndarray, shape (1,)
@@ -123,6 +124,11 @@ class Dynamics(Protocol):
         """Tangential directions of a contact: 1 in the plane, 2 in space."""
         ...
 
+    @property
+    def n_margins(self) -> int:
+        """Number of `ContactNumbers.margins`."""
+        ...
+
     def contact_function(self) -> ca.Function:
         """Return the function of `argument_names` to all `ContactNumbers` but mu, row by row."""
         ...
@@ -152,6 +158,11 @@ class LagrangianDynamics:
     def n_tangents(self) -> int:
         """Tangential directions of a contact."""
         return 1 + self.outline.in_space
+
+    @property
+    def n_margins(self) -> int:
+        """One for each bound of the domain, and in space one for the mass matrix."""
+        return len(self.outline.domain) + self.outline.in_space
 
     def contact_function(self) -> ca.Function:
         """Return the function of all `ContactNumbers` but mu."""
@@ -290,13 +301,13 @@ class Delassus:
         size = ContactRows(n, tangents).size
         slip = (n,) if tangents == 1 else (n, tangents)
         own = [slip if name == "slip_velocity" else (n,) for name in _OF_CONTACT]
-        return [*own, (size, size), (size,), (len(outline.domain),)]
+        return [*own, (size, size), (size,), (self.dynamics.n_margins,)]
 
     @property
     def _motion_shapes(self) -> list[tuple[int, ...]]:
         outline, n = self.dynamics.outline, len(self.dynamics.outline.contacts)
-        nq, size = len(outline.coordinates), ContactRows(n, self.dynamics.n_tangents).size
-        return [(size, nq), (nq, size), (nq,), (size,), (1,)]
+        nu, size = len(outline.velocities), ContactRows(n, self.dynamics.n_tangents).size
+        return [(size, nu), (nu, size), (nu,), (size,), (1,)]
 
     @property
     def _motion_count(self) -> int:

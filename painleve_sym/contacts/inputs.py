@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
-from painleve_sym.contacts.delassus import domain_margins
+from painleve_sym.contacts.delassus import ContactNumbers, domain_margins
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.units import Value
@@ -54,10 +56,12 @@ def inside(place: Place) -> Place:
 
 
 def refuse_outside(place: Place, margins: Sequence[float]) -> None:
-    """Raise InputError where a margin of the domain is not positive."""
+    """Raise InputError where a margin is not positive: of the domain, in space of the mass too."""
     bounds = place.mechanism.outline.domain
-    broken = [b for b, margin in zip(bounds, margins, strict=True) if not margin > 0]
+    broken = [b for b, margin in zip(bounds, margins, strict=False) if not margin > 0]
     if not broken:
+        if len(margins) > len(bounds) and not margins[-1] > 0:
+            raise InputError(_singular_mass(place))
         return
     faults = []
     for bound in broken:
@@ -70,6 +74,50 @@ def refuse_outside(place: Place, margins: Sequence[float]) -> None:
     if absent := sorted((names & set(place.state)) - set(place.given)):
         faults.append(f"Fix: give {', '.join(absent)} too; what is not given is 0.")
     raise InputError(f"state of {place.mechanism.name!r}: {' '.join(faults)}")
+
+
+def _singular_mass(place: Place) -> str:
+    """Return a sentence on a place in space where some velocities have no kinetic energy."""
+    from painleve_sym.codegen.evaluate import numbers
+
+    system, values = place.mechanism.system, place.values
+    mass = numbers([*system.mass_matrix], values).reshape(len(system.q_dot), -1)
+    units = [v.unit for v in system.velocities]
+    scale = [max(mass[k, k] for k, u in enumerate(units) if u == unit) for unit in units]
+    root = np.sqrt(np.where(np.array(scale) > 0, scale, 1.0))
+    least, ways = np.linalg.eigh(mass / np.outer(root, root))
+    part = abs(ways[:, 0])
+    idle = [v.name for v, p in zip(system.velocities, part, strict=True) if p > part.max() / 1e3]
+    occurring = {str(s) for s in system.mass_matrix.free_symbols}
+    angles = {c.name for c in system.coordinates if c.unit == "rad"} & occurring
+    received = ", ".join(f"{n} = {v!r}" for n, v in values.items() if n in (angles or occurring))
+    front = f"state of {place.mechanism.name!r}: got {received}, where "
+    who = f"{idle[0]} has" if len(idle) == 1 else f"{' and '.join(idle)} together have"
+    if least[0] < -1e-9:
+        return f"{front}{who} negative kinetic energy. Fix: check masses and moments of inertia."
+    return (
+        f"{front}{who} no kinetic energy, so that the mass matrix is singular, as in gimbal lock. "
+        "Fix: give another state, turn the body about other axes, or orient it by a quaternion."
+    )
+
+
+def refuse_without_surface(place: Place, at: ContactNumbers) -> None:
+    """Raise InputError where a contact in space has no normal or no tangents."""
+    for i, contact in enumerate(place.mechanism.outline.contacts):
+        if np.isfinite([at.gap[i], at.gap_rate[i], *at.slip_velocity[i]]).all():
+            continue
+        if math.isfinite(at.gap[i]):
+            fault, fix = "'along' is normal to its surface", "another 'along', "
+        else:
+            fault, fix = "the normal of its surface vanishes", ""
+        parts = place.mechanism.contacts[i]
+        occurring = {str(s) for f in (parts.gap, *parts.slip_velocities) for s in f.free_symbols}
+        known = occurring - set(place.mechanism.outline.velocity_names)
+        received = ", ".join(f"{n} = {v:g}" for n, v in place.values.items() if n in known)
+        raise InputError(
+            f"state of {place.mechanism.name!r}: contact {contact.name!r} has no tangents here: "
+            f"{fault}; got {received}. Fix: give {fix}another state or other parameters."
+        )
 
 
 def _in_degrees(place: Place, names: Sequence[str]) -> str:

@@ -55,6 +55,9 @@ def positive_function(
     for name in (*over, *values):
         if name not in known:
             raise InputError(f"{where}: {unknown_name('quantity', name, known)}")
+        if name in over and (reason := outline.part_fault(name)):
+            fix = "Fix: vary velocities or parameters, or give the body angles."
+            raise InputError(f"{where}: {reason} {fix}")
     twice = set(over) & set(values)
     if twice:
         raise InputError(f"{where}: got {min(twice)} both varied and set. Fix: give it once.")
@@ -62,6 +65,7 @@ def positive_function(
     whole = {name: float(start.get(name, 0.0)) for name in outline.state_names}
     whole |= {p.name: p.default for p in outline.parameters}
     whole |= values
+    whole = outline.with_unit_quaternions(where, whole, {**start, **values})
     faults = []
     for name, (low, high) in over.items():
         if not low < high:

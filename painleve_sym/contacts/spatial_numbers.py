@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import Mechanism
 
 
+SHARED = 1e-12
+"""Part of a velocity's inertia that it does not share, below which the mass matrix is singular."""
+VANISHES = 1e-20
+"""Inertia by the largest one of its unit, below which it is none."""
+
+
 def contact_function(mechanism: Mechanism, symbols: tuple[Any, ...]) -> ca.Function:
     """Return the function of all `ContactNumbers` but mu."""
     import casadi as ca
@@ -48,6 +54,7 @@ def contact_function(mechanism: Mechanism, symbols: tuple[Any, ...]) -> ca.Funct
     motion = expression_function("motion", states, symbols)(x)
     margins = [bound.margin for bound in mechanism.domain]
     inside = expression_function("domain", margins, symbols)(x) if margins else ca.SX(0, 1)
+    inside = ca.vertcat(inside, parts.regular)
     entries = [motion, *A, *B, *near, *slow, ca.vec(ca.densify(W)), b, inside]
     return ca.Function("contacts", [x], [ca.cse([ca.densify(ca.vertcat(*entries))])[0]])
 
@@ -79,17 +86,36 @@ class _Parts:
         import casadi as ca
 
         system = mechanism.system
-        size, rows = len(system.q), 3 * len(mechanism.contacts)
+        size, rows = len(system.q_dot), 3 * len(mechanism.contacts)
         jacobian = [e for c in mechanism.contacts for J in (c.J_N, c.J_T) for e in J]
         biases = [e for c in mechanism.contacts for e in c.biases]
         entries = [*system.mass_matrix, *system.bias_force, *jacobian, *biases]
         values = expression_function("parts", entries, symbols)(x)
         mass = ca.reshape(values[: size * size], size, size)
         force = values[size * size : size * size + size]
+        ldl, self.units = ca.ldl(mass), [v.unit for v in system.velocities]
+        self.mass, self.pivots = mass, ldl[0]
         self.J = ca.reshape(values[size * (size + 1) : -rows], size, rows).T
         self.biases = values[-rows:]
-        solved = ca.ldl_solve(ca.horzcat(self.J.T, force), *ca.ldl(mass))
+        solved = ca.ldl_solve(ca.horzcat(self.J.T, force), *ldl)
         self.D, self.free = solved[:, :-1], solved[:, -1]
+
+    @property
+    def regular(self) -> ca.SX:
+        """Positive where the mass matrix is regular; free of units.
+
+        Of each velocity: the part of its inertia that those before it do not share, and its inertia
+        by the largest one of its unit.
+        """
+        import casadi as ca
+
+        inertia, parts = ca.diag(self.mass), list[ca.SX]()
+        for unit in dict.fromkeys(self.units):
+            own = [k for k, u in enumerate(self.units) if u == unit]
+            largest = ca.mmax(inertia[own])
+            parts += [inertia[k] / largest - VANISHES for k in own]
+        parts.append(self.pivots / inertia - SHARED)
+        return ca.mmin(ca.vertcat(*parts))
 
 
 def _sticking(W: ca.SX, b: ca.SX) -> tuple[ca.SX, ca.SX]:

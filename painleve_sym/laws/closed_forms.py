@@ -132,5 +132,5 @@ def _impulse(name: str, meaning: str, phase: Phase) -> ImpulsePhase:
 
 def impulse_units(mechanism: Mechanism) -> dict[str, str]:
     """Return the units of what a phase of the jump gives."""
-    velocities = {c.rate.name: f"{c.unit}/s" for c in mechanism.system.coordinates}
+    velocities = {v.name: v.unit for v in mechanism.system.velocities}
     return {name: QUANTITIES[name].unit for name in IMPULSE_VALUES} | velocities

@@ -62,7 +62,7 @@ def _meanings(mechanism: Mechanism) -> dict[sp.Symbol, str]:
     """Return what each possible argument means, in the order arguments are given."""
     system = mechanism.system
     meanings = {c.symbol: f"{c.meaning}; {c.unit}" for c in system.coordinates}
-    meanings |= {c.rate: f"velocity of {c.name}; {c.unit}/s" for c in system.coordinates}
+    meanings |= {v.symbol: f"{v.meaning}; {v.unit}" for v in system.velocities}
     meanings |= dict.fromkeys(system.clock, "time; s")
     meanings |= _CONTACT
     meanings |= {p.symbol: f"{p.meaning}; {p.unit}" for p in system.parameters}
@@ -184,7 +184,7 @@ def _whole_jump(
     for name, one in by_name.items():
         values = one.values.values() if isinstance(one, ImpulsePhase) else [one.value]
         symbols[name] = _arguments(values, meanings)
-    velocities = {c.rate for c in mechanism.system.coordinates}
+    velocities = set(mechanism.system.q_dot)
     chain = ("slip_velocity", "gap_rate", "rebound_energetic", *(p.name for p in phases))
     outer = _checked(
         [s for s in meanings if s not in _CONTACT and any(s in symbols[name] for name in chain)],

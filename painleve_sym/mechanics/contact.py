@@ -279,8 +279,8 @@ class Contact:
             raise ModelError(given, [text])
         first = first.applyfunc(lambda part: readable(part / width))
         velocity = sp.Matrix([rate(p, system.rates) for p in place])
-        slip, across = (readable((t.T * velocity)[0]) for t in (first, n.cross(first)))
-        parts = (name, system, readable(gap / size), slip, friction)
+        slip, across = (system.readable((t.T * velocity)[0]) for t in (first, n.cross(first)))
+        parts = (name, system, system.readable(gap / size), slip, friction)
         return cls(*parts, slip_across=across)
 
     @property
@@ -295,17 +295,17 @@ class Contact:
 
     @cached_property
     def J_N(self) -> sp.Matrix:
-        """∂g_N/∂q, shape (1, n)."""
-        return self._raw_J_N.applyfunc(readable)
+        """∂ġ_N/∂u = ∂g_N/∂q N, shape (1, n)."""
+        return self._raw_J_N.applyfunc(self.system.readable)
 
     @property
     def _raw_J_N(self) -> sp.Matrix:
-        return sp.Matrix([[sp.diff(self.gap, q) for q in self.system.q]])
+        return sp.Matrix([self.system.slopes(self.gap)])
 
     @cached_property
     def J_T(self) -> sp.Matrix:
-        """∂v_t/∂q̇, shape (1, n); (2, n) in space."""
-        return self._raw_J_T.applyfunc(readable)
+        """∂v_t/∂u, shape (1, n); (2, n) in space."""
+        return self._raw_J_T.applyfunc(self.system.readable)
 
     @property
     def _raw_J_T(self) -> sp.Matrix:
@@ -314,8 +314,8 @@ class Contact:
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
-        """ġ_N = J_N q̇ + ∂g_N/∂t, against the surface as it moves; m/s."""
-        return readable((self.J_N * sp.Matrix(self.system.q_dot))[0] + self.gap_drift)
+        """ġ_N = J_N u + ∂g_N/∂t, against the surface as it moves; m/s."""
+        return self.system.readable((self.J_N * sp.Matrix(self.system.q_dot))[0] + self.gap_drift)
 
     @cached_property
     def gap_drift(self) -> sp.Expr:
@@ -331,19 +331,19 @@ class Contact:
 
     @cached_property
     def normal_bias(self) -> sp.Expr:
-        """The part of g̈_N that is not J_N q̈; m/s²."""
-        return readable(self._transport(self.gap_rate))
+        """The part of g̈_N that is not J_N u̇; m/s²."""
+        return self.system.readable(self._transport(self.gap_rate))
 
     @cached_property
     def biases(self) -> sp.Matrix:
-        """The parts of g̈_N and of each slip acceleration that are not J q̈, as a column; m/s²."""
+        """The parts of g̈_N and of each slip acceleration that are not J u̇, as a column; m/s²."""
         speeds = (self.gap_rate, *self.slip_velocities)
-        return sp.Matrix([readable(self._transport(v)) for v in speeds])
+        return sp.Matrix([self.system.readable(self._transport(v)) for v in speeds])
 
     @cached_property
     def tangential_bias(self) -> sp.Expr:
-        """The part of v̇_t that is not J_T q̈; m/s²."""
-        return readable(self._transport(self.slip_velocity))
+        """The part of v̇_t that is not J_T u̇; m/s²."""
+        return self.system.readable(self._transport(self.slip_velocity))
 
     def _transport(self, speed: sp.Expr) -> sp.Expr:
         return rate(speed, self.system.rates)

@@ -16,7 +16,7 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.units import Value, in_unit
 
 if TYPE_CHECKING:
-    from sympy import Symbol
+    from sympy import Expr, Symbol
 
 PLAYS_NO_PART = "plays no part in derivations"
 NOT_DERIVED_FROM: Mapping[str, bool] = {PLAYS_NO_PART: True}
@@ -60,14 +60,48 @@ class Coordinate:
         return _symbol(self.name, real=True)
 
     @cached_property
-    def rate(self) -> Symbol:
-        """Symbol of the velocity."""
-        return _symbol(f"{self.name}_dot", real=True)
+    def velocity(self) -> Velocity:
+        """Its velocity."""
+        name, meaning = f"{self.name}_dot", f"velocity of {self.name}"
+        return Velocity(name, meaning, f"{self.unit}/s", self.name)
+
+    @cached_property
+    def rate(self) -> Expr:
+        """Its rate: the symbol of its velocity."""
+        return self.velocity.symbol
 
     @cached_property
     def acceleration(self) -> Symbol:
         """Symbol of the acceleration."""
         return _symbol(f"{self.name}_ddot", real=True)
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """A velocity of a mechanism: the rate of a coordinate, or a part of an angular velocity.
+
+    Attributes
+    ----------
+    name : str
+        Name used in states.
+    meaning : str
+        One sentence.
+    unit : str
+        In SI.
+    row : str
+        Name of its row in the equations of motion and among generalized forces: that of the
+        coordinate whose rate it is; its own for a part of an angular velocity.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    row: str
+
+    @cached_property
+    def symbol(self) -> Symbol:
+        """Symbol of the velocity."""
+        return _symbol(self.name, real=True)
 
 
 @dataclass(frozen=True)

@@ -159,6 +159,8 @@ class Mechanism(Shown, Deferred):
             yield f"contact {name!r} is declared twice. Fix: give each its own name."
         if len({c.n_tangents for c in self.contacts}) > 1:
             yield "it has contacts in the plane and in space. Fix: make all of them by in_space."
+        if self.system.quaternions and any(c.n_tangents == 1 for c in self.contacts):
+            yield "it has a quaternion and a contact in the plane. Fix: make contacts by in_space."
         for contact in self.contacts:
             if contact.system is not self.system:
                 yield f"contact {contact.name!r} belongs to another system. Fix: give it this one."
@@ -172,6 +174,10 @@ class Mechanism(Shown, Deferred):
         for name in self.start:
             if name not in self.state_names:
                 yield "start: " + unknown_name("state", name, self.state_names)
+        for quaternion in self.system.quaternions:
+            parts = {c.name: self.start.get(c.name, 0.0) for c in quaternion.coordinates}
+            if fault := quaternion.scaled(parts, self.start)[1]:
+                yield f"start: {fault}"
 
     @cached_property
     def outline(self) -> MechanismOutline:
@@ -377,6 +383,9 @@ class Mechanism(Shown, Deferred):
     def latex_names(self) -> dict[str, str]:
         """LaTeX of every state and parameter by name."""
         names = {c.name: c.latex or symbol_latex(c.name) for c in self.outline.coordinates}
-        names |= {f"{name}_dot": derivative_latex(text) for name, text in names.items()}
+        names |= {
+            v.name: derivative_latex(names[v.row]) if v.row in names else symbol_latex(v.name)
+            for v in self.outline.velocities
+        }
         names |= {TIME_NAME: TIME_NAME} if self.depends_on_time else {}
         return names | {p.name: symbol_latex(p.name) for p in self.outline.parameters}

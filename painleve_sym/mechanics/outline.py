@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
@@ -9,7 +10,14 @@ from typing import TYPE_CHECKING, Any, cast
 from painleve_sym.checks import LARGEST, by_name, checked_number, text_of
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter, ParameterSet
+from painleve_sym.mechanics.declarations import (
+    TIME_NAME,
+    Coordinate,
+    Parameter,
+    ParameterSet,
+    Velocity,
+)
+from painleve_sym.mechanics.quaternions import Quaternion, quaternions_of, velocities_of
 from painleve_sym.units import in_unit
 
 if TYPE_CHECKING:
@@ -99,7 +107,6 @@ class MechanismOutline:
         def timed(*formulas: Any) -> bool:
             return any(t in sympify(f).free_symbols for t in system.clock for f in formulas)
 
-        velocity = dict(zip(system.q, system.q_dot, strict=True))
         contacts = tuple(
             ContactOutline(
                 name=c.name,
@@ -107,7 +114,7 @@ class MechanismOutline:
                 friction=str(c.friction),
                 gap=str(c.gap),
                 slip_velocity=str(c.slip_velocity),
-                gap_coordinate=str(c.gap) if c.gap in velocity else "",
+                gap_coordinate=str(c.gap) if c.gap in system.q else "",
                 slip_rate=str(c.slip_velocity) if c.slip_velocity in system.q_dot else "",
                 depends_on_time=timed(c.gap, *c.slip_velocities),
                 slip_across="" if c.slip_across is None else str(c.slip_across),
@@ -139,12 +146,16 @@ class MechanismOutline:
     def state(self, where: str, given: object) -> dict[str, float]:
         """Return every coordinate and velocity, and ``t`` where it occurs; 0 if it is not given.
 
+        A quaternion of which nothing is given turns nothing, and one within `UNIT_WITHIN` of unit
+        norm is scaled to it.
+
         A text is a number with a unit, such as ``30 deg``. `where` begins messages.
 
         Raises
         ------
         InputError
-            Unknown names, values that are not finite; all faults at once.
+            Unknown names, values that are not finite, all at once; a quaternion that is not of
+            unit norm.
         """
         zeros = self._at_rest
         if type(given) is dict:
@@ -153,7 +164,7 @@ class MechanismOutline:
             if len(whole) == len(zeros) and all(
                 type(v) is float and abs(v) <= LARGEST for v in given.values()
             ):
-                return cast(dict[str, float], whole)
+                return self.with_unit_quaternions(where, cast(dict[str, float], whole), given)
         if isinstance(given, list | tuple) and len(given) == len(zeros):
             raise InputError(
                 f"{where}: got {received(given)}, need numbers by name. "
@@ -171,6 +182,32 @@ class MechanismOutline:
                 faults.append(fault)
         if faults:
             raise InputError(f"{where}: " + " ".join(faults))
+        return self.with_unit_quaternions(where, values, by_name(given, where))
+
+    def part_fault(self, name: str) -> str:
+        """Return why a part of a quaternion cannot vary by itself; empty for other names."""
+        for quaternion in self.quaternions:
+            if name in (c.name for c in quaternion.coordinates):
+                return f"{name} is a part of the quaternion {quaternion.name}, whose norm stays 1."
+        return ""
+
+    def with_unit_quaternions(
+        self, where: str, values: dict[str, float], given: Mapping[str, Any]
+    ) -> dict[str, float]:
+        """Return the values of states with every quaternion scaled to unit norm.
+
+        `given` tells which were given: see `Quaternion.scaled`. `where` begins messages.
+
+        Raises
+        ------
+        InputError
+            A quaternion whose norm differs from 1 by more than `UNIT_WITHIN`.
+        """
+        for quaternion in self.quaternions:
+            parts, fault = quaternion.scaled(values, given)
+            if fault:
+                raise InputError(f"{where}: {fault}")
+            values = values | parts
         return values
 
     @cached_property
@@ -186,7 +223,7 @@ class MechanismOutline:
     def state_units(self) -> dict[str, str]:
         """SI unit of every state by name: those of `state_names`."""
         units = {c.name: c.unit for c in self.coordinates}
-        units |= {f"{name}_dot": f"{unit}/s" for name, unit in units.items()}
+        units |= {v.name: v.unit for v in self.velocities}
         return units | ({TIME_NAME: "s"} if self.depends_on_time else {})
 
     @property
@@ -206,8 +243,18 @@ class MechanismOutline:
 
     @cached_property
     def velocity_names(self) -> tuple[str, ...]:
-        """Names of the velocities, in the order of the coordinates."""
-        return tuple(f"{c.name}_dot" for c in self.coordinates)
+        """Names of the velocities."""
+        return tuple(v.name for v in self.velocities)
+
+    @cached_property
+    def velocities(self) -> tuple[Velocity, ...]:
+        """The velocities, in the order of the coordinates; three of a quaternion."""
+        return velocities_of(self.coordinates)
+
+    @cached_property
+    def quaternions(self) -> tuple[Quaternion, ...]:
+        """The quaternions among the coordinates."""
+        return quaternions_of(self.coordinates)
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 
 import sympy as sp
@@ -117,6 +117,20 @@ def reduced(expr: sp.Expr) -> sp.Expr:
     whole = within_time("determinant", lambda: sp.expand(masked))
     shortest = min((whole, *_pythagorean(whole)), key=lambda form: len(sp.Add.make_args(form)))
     return shortest.xreplace(powers)
+
+
+def on_unit_sphere(expr: sp.Expr, symbols: Sequence[sp.Symbol]) -> Iterator[sp.Expr]:
+    """Yield writings of a polynomial in symbols whose squares add up to 1, without one's squares.
+
+    Nothing where the symbols do not occur in it, or where it is long or no polynomial in them.
+    """
+    if not expr.free_symbols & set(symbols) or _too_many_terms(expr, _REDUCED):
+        return
+    whole = sp.expand(expr)
+    for symbol in symbols:
+        rest = 1 - sum(s**2 for s in symbols if s != symbol)
+        if (form := _without_squares(whole, symbol, rest)) != whole:
+            yield form
 
 
 def without_high_powers(expr: sp.Expr) -> tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]:

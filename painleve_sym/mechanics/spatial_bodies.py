@@ -18,12 +18,15 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError
 from painleve_sym.mechanics.bodies import Rates, Scalar, expr, rate
+from painleve_sym.mechanics.quaternions import Quaternion
 
 Vector3: TypeAlias = tuple[Scalar, Scalar, Scalar]
 """Three components along x, y, z, or along the axes of a body."""
 
 NEAR_LOCK = sp.Rational(1, 10**12)
 """Square of the sine (or cosine) of an angle below which the other two are one turn."""
+FLAT = 1e-12
+"""Of the trace of a tensor: how far twice the second moments of a flat body may be below 0."""
 
 
 def _turn(axis: str, angle: Scalar) -> sp.Matrix:
@@ -107,7 +110,8 @@ class Orientation:
         other = "z, x, z" if first != last else "z, y, x"
         return size - NEAR_LOCK, (
             f"gimbal lock: the turns {order} by {one}, {middle}, {three} have their first and last "
-            f"axis on one line. Fix: turn about other axes, such as {other}"
+            f"axis on one line. Fix: turn about other axes, such as {other}, or orient the body "
+            "by a quaternion"
         )
 
 
@@ -124,8 +128,8 @@ class SpatialBody:
     inertia : sequence
         About the mass centre, along the axes of the body: three principal moments, or three rows
         of a symmetric tensor; kg m². All 0 for a point mass.
-    orientation : Orientation
-        Of the axes of the body.
+    orientation : Orientation or Quaternion
+        Of the axes of the body, by angles or by a unit quaternion.
     name : str
         For messages.
 
@@ -143,7 +147,7 @@ class SpatialBody:
     mass: Scalar
     centre: Vector3
     inertia: Sequence[Scalar] | Sequence[Sequence[Scalar]] = (0, 0, 0)
-    orientation: Orientation = field(default_factory=Orientation)
+    orientation: Orientation | Quaternion = field(default_factory=Orientation)
     name: str = "body"
 
     @cached_property
@@ -187,6 +191,34 @@ class SpatialBody:
                 "than the other two together: no body has that. Fix: check the tensor, and that "
                 "it is about the mass centre."
             )
+
+    @property
+    def bounds(self) -> Iterator[tuple[sp.Expr, str]]:
+        """Margins that are positive where angles do not lock and the tensor is that of a body.
+
+        Each with what is so there. A tensor J is that of a body where tr(J) − 2 J, twice the second
+        moments of its mass, is positive semidefinite; a tensor of numbers is judged by `faults`,
+        and what the signs of parameters decide is left out.
+        """
+        lock = self.orientation.lock
+        if lock is not None and lock[0].free_symbols:
+            yield lock[0], f"{self.name}: {lock[1]}"
+        tensor = self.tensor
+        if not tensor.free_symbols:
+            return
+        trace = tensor.trace()
+        moments = sp.eye(3) * trace - 2 * tensor
+        sizes = (1, 1, 1) if tensor.is_diagonal() else (1, 2, 3)
+        for k, size in enumerate(sizes):
+            part = moments[k, k] if tensor.is_diagonal() else moments[:size, :size].det()
+            margin = sp.simplify(part)
+            if margin.free_symbols and not margin.is_nonnegative:
+                slack = sp.Mul(sp.Float(FLAT), trace**size, evaluate=False)
+                yield (
+                    sp.Add(margin, slack, evaluate=False),
+                    f"{self.name}: no principal moment of inertia is negative, or more than the "
+                    "other two together",
+                )
 
     def kinetic_energy(self, rates: Rates) -> sp.Expr:
         """Return T; J."""

@@ -18,8 +18,10 @@ from painleve_sym.mechanics.declarations import (
     TIME_NAME,
     Coordinate,
     Parameter,
+    Velocity,
 )
-from painleve_sym.mechanics.simplify import readable, reduced
+from painleve_sym.mechanics.quaternions import Quaternion, quaternions_of, velocities_of
+from painleve_sym.mechanics.simplify import on_unit_sphere, readable, reduced
 from painleve_sym.mechanics.spatial_bodies import SpatialBody
 from painleve_sym.mechanics.velocity_terms import clearly_positive, velocity_terms
 
@@ -142,6 +144,11 @@ class LagrangianSystem:
     Lagrange's equations d/dt(∂T/∂q̇) − ∂T/∂q + ∂V/∂q = Q + Jᵀ F are kept as
     M(q, t) q̈ = h(q, q̇, t) + Jᵀ F, with contact forces F added by `Contact`.
 
+    Where coordinates are parts of a `Quaternion`, the velocities are u with q̇ = N(q) u: the rates
+    of the other coordinates and the angular velocity ω along the axes of that body. Then
+    d/dt(∂T/∂u) + (ω × ∂T/∂ω in the rows of ω) − Nᵀ ∂(T − V)/∂q = Q + Jᵀ F, and q̇, q̈ above stand
+    for u, u̇: Lagrange's equations in quasi-velocities.
+
     Every formula may depend on the time, `TIME`: a pivot or a frame that moves as prescribed gives
     T terms linear in q̇ and free of it. Where a coordinate or parameter is called ``t``, that is
     what `TIME` means, and nothing depends on the time.
@@ -149,14 +156,16 @@ class LagrangianSystem:
     Parameters
     ----------
     name : str
-    coordinates : tuple of Coordinate, length n
+    coordinates : tuple of Coordinate
+        With all four parts of every quaternion among them.
     parameters : tuple of Parameter
     kinetic_energy : sympy.Expr
-        T(q, q̇, t), quadratic in q̇; J.
+        T(q, u, t), quadratic in the n velocities u; J.
     potential_energy : sympy.Expr
         V(q, t); J.
     generalized_forces : mapping of coordinate name to sympy.Expr
-        Q_i(q, q̇, t); absent ones are 0. Sign: positive does work in the positive q_i direction.
+        Q_i(q, u, t); absent ones are 0. Sign: positive does work in the positive q_i direction.
+        A part of an angular velocity, such as ``omega_1``, names the moment about that axis.
     bodies : tuple of Body
         The rigid bodies of which the energies are those, for drawings; nothing is derived from it.
 
@@ -230,6 +239,7 @@ class LagrangianSystem:
             What is to be added to dampers and loads.
         """
         q, rates = [c.symbol for c in coordinates], _rates(coordinates, parameters)
+        velocities, columns = velocities_of(coordinates), _columns_of_N(coordinates)
         planar = [b for b in bodies if isinstance(b, Body)]
         spatial = [b for b in bodies if isinstance(b, SpatialBody)]
         faults = [fault for b in planar for fault in _body_faults(b, q, parameters)]
@@ -249,10 +259,11 @@ class LagrangianSystem:
         potential += sum(s.potential_energy for s in springs)
         given = {k: expr(v) for k, v in (generalized_forces or {}).items()}
         parts = [s.forces(q, rates) for s in springs] + [load.forces(q) for load in loads]
-        for i, c in enumerate(coordinates):
-            total = sum((p[i] for p in parts), given.get(c.name, sp.Integer(0)))
+        for velocity, column in zip(velocities, columns, strict=True):
+            own = (p[q.index(s)] * n for p in parts for s, n in column)
+            total = sum(own, given.get(velocity.row, sp.Integer(0)))
             if total != 0:
-                given[c.name] = total
+                given[velocity.row] = total
         declared = (name, tuple(coordinates), tuple(parameters))
         return cls(*declared, kinetic, potential, given, tuple(planar))
 
@@ -261,9 +272,10 @@ class LagrangianSystem:
         entries = {"kinetic energy": self.kinetic_energy, "potential energy": self.potential_energy}
         for key, value in self.generalized_forces.items():
             entries[f"generalized force {key!r}"] = value
-            if key not in [c.name for c in self.coordinates]:
+            rows = [v.row for v in self.velocities]
+            if key not in rows:
                 kind = "coordinate of a generalized force"
-                faults.append(unknown_name(kind, key, [c.name for c in self.coordinates]))
+                faults.append(unknown_name(kind, key, rows))
         for name, entry in entries.items():
             faults += self.formula_faults(name, entry)
         if set(sp.sympify(self.potential_energy).free_symbols) & set(self.q_dot):
@@ -308,7 +320,7 @@ class LagrangianSystem:
         entries: list[tuple[str, Coordinate | Parameter]] = []
         entries += [("coordinate", c) for c in self.coordinates]
         entries += [("parameter", p) for p in self.parameters]
-        names = [e.name for _, e in entries] + [f"{c.name}_dot" for c in self.coordinates]
+        names = [e.name for _, e in entries] + [v.name for v in self.velocities]
         for name in sorted(n for n, count in Counter(names).items() if count > 1):
             yield f"name {name!r} is declared twice."
         for kind, entry in entries:
@@ -320,6 +332,15 @@ class LagrangianSystem:
                     f"{kind} {entry.name!r} has no unit. "
                     'Fix: give one in SI, "1" for a number without unit.'
                 )
+        for quaternion in self.quaternions:
+            missing = [c.name for c in quaternion.coordinates if c not in self.coordinates]
+            if missing:
+                yield (
+                    f"quaternion {quaternion.name!r} lacks {', '.join(missing)}. Fix: give "
+                    "(*others, *quaternion.coordinates)."
+                )
+            if fault := name_fault(quaternion.velocities[0].name):
+                yield f"velocity of quaternion {quaternion.name!r}: {fault}"
 
     def _mass_faults(self) -> list[str]:
         if all(self._is_positive(seed) for seed in (1, 2)):
@@ -334,6 +355,10 @@ class LagrangianSystem:
         if all(v == "singular" for v in verdicts):
             return ["the mass matrix is singular. Fix: give every coordinate kinetic energy."]
         if all(v == "indefinite" for v in verdicts):
+            # Off-diagonal moments of inertia as parameters need not go with sampled ones.
+            at_defaults = mass.xreplace({p.symbol: sp.Float(p.default) for p in self.parameters})
+            if self._mass_verdict(at_defaults, 1) == "positive":
+                return []
             return ["kinetic energy is negative for some velocities. Fix: check its signs."]
         return []
 
@@ -342,7 +367,7 @@ class LagrangianSystem:
         kinetic = sp.sympify(self.kinetic_energy)
         rest = sorted(kinetic.free_symbols - set(self.q_dot), key=str)
         terms = velocity_terms(kinetic, self.q_dot, sample_values(rest, seed))
-        return terms is not None and clearly_positive(terms, len(self.coordinates))
+        return terms is not None and clearly_positive(terms, len(self.velocities))
 
     @staticmethod
     def _mass_verdict(matrix: sp.Matrix, seed: int) -> str:
@@ -366,41 +391,80 @@ class LagrangianSystem:
 
     @cached_property
     def rates(self) -> dict[sp.Symbol, sp.Expr]:
-        """Time derivatives of coordinates and time: q_i to q̇_i, t to 1."""
+        """Time derivatives of coordinates and time: q_i to q̇_i, a row of N(q) u; t to 1."""
         return _rates(self.coordinates, self.parameters)
 
     @property
     def q(self) -> tuple[sp.Symbol, ...]:
-        """Coordinate symbols, length n."""
+        """Coordinate symbols, as many as coordinates."""
         return tuple(c.symbol for c in self.coordinates)
 
     @property
     def q_dot(self) -> tuple[sp.Symbol, ...]:
-        """Velocity symbols, length n."""
-        return tuple(c.rate for c in self.coordinates)
+        """Symbols of the velocities u, length n: q̇ but for quaternions."""
+        return tuple(v.symbol for v in self.velocities)
+
+    @cached_property
+    def quaternions(self) -> tuple[Quaternion, ...]:
+        """The quaternions among the coordinates."""
+        return quaternions_of(self.coordinates)
+
+    @cached_property
+    def velocities(self) -> tuple[Velocity, ...]:
+        """The velocities u, length n, fewer than coordinates where there are quaternions."""
+        return velocities_of(self.coordinates)
+
+    @property
+    def N(self) -> sp.Matrix:
+        """Of q̇ = N(q) u: the identity where there are no quaternions."""
+        return sp.Matrix([[sp.diff(self.rates[q], u) for u in self.q_dot] for q in self.q])
+
+    def slopes(self, formula: Scalar) -> list[sp.Expr]:
+        """Return Nᵀ ∂f/∂q of a function of q and t, length n: how each velocity changes it."""
+        return [
+            sum((sp.diff(formula, q) * n for q, n in column), sp.Integer(0))
+            for column in self._columns
+        ]
+
+    @cached_property
+    def _columns(self) -> list[list[tuple[sp.Symbol, sp.Expr]]]:
+        return _columns_of_N(self.coordinates)
+
+    def readable(self, formula: sp.Expr) -> sp.Expr:
+        """Return the formula as `simplify.readable` does, shortened by |q| = 1 of quaternions."""
+        forms = [formula]
+        for quaternion in self.quaternions:
+            forms += [new for f in forms for new in on_unit_sphere(f, quaternion.symbols)]
+        return readable(min(forms, key=sp.count_ops) if len(forms) > 1 else formula)
 
     @cached_property
     def mass_matrix(self) -> sp.Matrix:
-        """M = ∂²T/∂q̇², shape (n, n), symmetric."""
-        return sp.Matrix(self._second_derivatives).applyfunc(readable)
+        """M = ∂²T/∂u², shape (n, n), symmetric."""
+        return sp.Matrix(self._second_derivatives).applyfunc(self.readable)
 
     @property
     def _second_derivatives(self) -> list[list[sp.Expr]]:
-        """∂²T/∂q̇², as it comes."""
+        """∂²T/∂u², as it comes."""
         momenta = [sp.diff(self.kinetic_energy, v) for v in self.q_dot]
         return [[sp.diff(p, v) for v in self.q_dot] for p in momenta]
 
     @cached_property
     def bias_force(self) -> sp.Matrix:
-        """h = ∂T/∂q − (∂²T/∂q̇∂q) q̇ − ∂²T/∂q̇∂t − ∂V/∂q + Q, shape (n, 1)."""
+        """h = Nᵀ ∂(T − V)/∂q − (∂²T/∂u∂q) q̇ − ∂²T/∂u∂t − ω × ∂T/∂ω + Q, shape (n, 1)."""
         momenta = sp.Matrix([sp.diff(self.kinetic_energy, v) for v in self.q_dot])
-        transport = momenta.jacobian(self.q) * sp.Matrix(self.q_dot)
+        transport = momenta.jacobian(self.q) * sp.Matrix([self.rates[q] for q in self.q])
         for symbol in self.clock:
             transport += sp.diff(momenta, symbol)
+        for quaternion in self.quaternions:
+            own = [self.velocities.index(v) for v in quaternion.velocities]
+            turn = sp.Matrix([v.symbol for v in quaternion.velocities])
+            for i, gyroscopic in zip(own, turn.cross(momenta.extract(own, [0])), strict=True):
+                transport[i] += gyroscopic
         rows = []
-        for i, c in enumerate(self.coordinates):
-            row = sp.diff(self.kinetic_energy - self.potential_energy, c.symbol) - transport[i]
-            rows.append(readable(row + self.generalized_forces.get(c.name, sp.Integer(0))))
+        slopes = self.slopes(self.kinetic_energy - self.potential_energy)
+        for i, v in enumerate(self.velocities):
+            row = slopes[i] - transport[i]
+            rows.append(self.readable(row + self.generalized_forces.get(v.row, sp.Integer(0))))
         return sp.Matrix(rows)
 
     @cached_property
@@ -441,7 +505,7 @@ class LagrangianSystem:
         and free of it; only the first term is left where nothing moves as prescribed.
         """
         power = sum(
-            (self.generalized_forces.get(c.name, sp.Integer(0)) * c.rate for c in self.coordinates),
+            (self.generalized_forces.get(v.row, sp.Integer(0)) * v.symbol for v in self.velocities),
             sp.Integer(0),
         )
         for symbol in self.clock:
@@ -521,6 +585,15 @@ def _shown(value: Scalar, parameters: Sequence[Parameter]) -> str:
     number = _at_defaults(value, parameters)
     same = not expr(value).free_symbols or not number.is_number
     return str(value) if same else f"{value} = {sp.N(number, 6)} at the defaults"
+
+
+def _columns_of_N(coordinates: Sequence[Coordinate]) -> list[list[tuple[sp.Symbol, sp.Expr]]]:
+    """Return for each velocity the coordinates that it changes, with their entries of N."""
+    columns = []
+    for velocity in velocities_of(coordinates):
+        entries = ((c.symbol, sp.diff(c.rate, velocity.symbol)) for c in coordinates)
+        columns.append([(symbol, entry) for symbol, entry in entries if entry != 0])
+    return columns
 
 
 def _rates(

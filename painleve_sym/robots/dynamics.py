@@ -80,6 +80,11 @@ class RobotDynamics:
     locked: frozenset[str] = frozenset()
 
     @property
+    def n_margins(self) -> int:
+        """None: the domain of a robot is not bounded."""
+        return 0
+
+    @property
     def n_tangents(self) -> int:
         """Tangential directions of a contact."""
         return 2

@@ -96,6 +96,10 @@ class RodByHand:
     definition = "rod by hand"
     n_tangents = 1
 
+    @property
+    def n_margins(self):
+        return len(self.outline.domain)
+
     def _parts(self):
         x = ca.SX.sym("x", len(self.outline.argument_names))
         at = dict(zip(self.outline.argument_names, ca.vertsplit(x), strict=True))

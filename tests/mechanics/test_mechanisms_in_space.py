@@ -10,6 +10,7 @@ import sympy as sp
 
 import painleve_sym as ps
 from painleve_sym.cli import main
+from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.mechanics.models import SPATIAL_MODELS
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
@@ -366,6 +367,14 @@ def test_a_ball_is_a_plane_to_first_order():
     speed = np.hypot(*flat.slip_velocity[0])
     assert round_.b[0] - flat.b[0] == pytest.approx(speed**2 / 5, rel=1e-9)
     assert np.allclose(round_.slip_velocity, flat.slip_velocity, atol=1e-12)
+
+
+def test_an_end_closes_on_a_ball_that_is_given_by_its_square():
+    """Second derivatives of its gap are long: they are not multiplied out."""
+    contact = 'point = { body = "rod", at = ["-l", 0, 0] }\nalong = [0, 0, 1]\n'
+    mechanism = from_text(contact=contact + 'surface = "x**2 + y**2 + z**2 - 1"')
+    place = closed_state(mechanism, mechanism.at({"x": 1.5}).state, mechanism.parameters, "x")
+    assert place["x"] == pytest.approx(2.0, rel=1e-12)
 
 
 def test_a_tilted_plane_is_the_tilted_gravity():

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import doctest
 import re
 from pathlib import Path
 
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
-PAGE = (Path(__file__).parents[2] / "docs" / "mechanisms.md").read_text("utf-8")
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "mechanisms.md").read_text("utf-8")
 
 
 def _blocks(language: str) -> list[str]:
@@ -20,11 +22,17 @@ def test_page_lists_every_named_mechanism():
 
 
 def test_page_shows_a_file_that_can_be_read():
-    (text,) = _blocks("toml")
+    text, quaternions = _blocks("toml")
     assert mechanism_from_text(text).contacts[0].name == "rim"
+    example = ROOT / "examples" / "mechanisms" / "tumbling-brick.toml"
+    for line in filter(None, quaternions.splitlines()):
+        kept = re.sub(r' *#.*|"J_.*', "", line)
+        assert kept in example.read_text("utf-8")
 
 
 def test_page_shows_python_that_runs(capsys):
-    (code,) = _blocks("python")
+    shown, code = _blocks("python")
+    example = doctest.DocTestParser().get_doctest(shown, {}, "mechanisms", None, None)
+    assert doctest.DocTestRunner().run(example).failed == 0
     exec(compile(code, "docs/mechanisms.md", "exec"), {})
     assert capsys.readouterr().out == "ContactCase.SLIP\n"

@@ -12,7 +12,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import place_of, refuse_outside
+from painleve_sym.contacts.inputs import place_of, refuse_outside, refuse_without_surface
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
@@ -239,6 +239,8 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     where, of = _where(mechanism), Delassus.of(mechanism)
     at, moves = of.whole_at(values)
     refuse_outside(place, at.margins)
+    if mechanism.outline.in_space:
+        refuse_without_surface(place, at)
     velocity = _contact_velocity(mechanism, values, at, moves)
     v_n, *v_t = velocity
     if v_n > 0:

@@ -28,15 +28,27 @@ _TOO_LONG = (
 def spatial_sections(mechanism: Mechanism) -> tuple[Section, ...]:
     """Return the closed forms of a mechanism in space, in reading order."""
     system = mechanism.system
-    names = ", ".join(c.name for c in system.coordinates)
+    names = ", ".join(v.row for v in system.velocities)
+    note = f"M q_ddot = h + J^T F with q = ({names}), F = (F_n, F_t1, F_t2)"
+    turning: tuple[Formula, ...] = ()
+    if system.quaternions:
+        names, velocities = (
+            ", ".join(str(s) for s in symbols) for symbols in (system.q, system.q_dot)
+        )
+        note = (
+            f"M u_dot = h + J^T F with u = ({velocities}), F = (F_n, F_t1, F_t2); q_dot = N u with "
+            f"q = ({names})"
+        )
+        turning = (Formula("N", system.N, "SI", "rates of q by the velocities u", "N"),)
     h = system.bias_force.applyfunc(lambda entry: readable(reduced(entry)))
     motion = Section(
         "equations of motion",
         (
             Formula("M", system.mass_matrix, "SI", "mass matrix", "M"),
             Formula("h", h, "SI", "forces without those of the contacts", "h"),
+            *turning,
         ),
-        note=f"M q_ddot = h + J^T F with q = ({names}), F = (F_n, F_t1, F_t2)",
+        note=note,
     )
     several = len(mechanism.contacts) > 1
     own = [s for c in mechanism.contacts for s in _contact(mechanism, c, several)]

@@ -22,8 +22,8 @@ def _place(letter: str = "A") -> tuple[Coordinate, Coordinate, Coordinate]:
     return x, y, z
 
 
-def _locked(orientation: Orientation) -> tuple[DomainBound, ...]:
-    return () if orientation.lock is None else (DomainBound(*orientation.lock),)
+def _bounds(*bodies: SpatialBody) -> tuple[DomainBound, ...]:
+    return tuple(DomainBound(*bound) for body in bodies for bound in body.bounds)
 
 
 def rod_3d() -> Mechanism:
@@ -70,7 +70,7 @@ def rod_3d() -> Mechanism:
         contacts=(Contact.in_space("A", system, end, mu.symbol),),
         domain=(
             DomainBound(sp.sin(theta.symbol), "the rod lies flat at theta = 0 and pi"),
-            *_locked(turned),
+            *_bounds(body),
         ),
         sketch=(
             "            o  centre    l from A, mass m; J = m l^2/alpha across the axis\n"
@@ -101,11 +101,12 @@ def top() -> Mechanism:
     axis = turned.matrix[:, 2]
     c_x, c_y, c_z = (p + l.symbol * a for p, a in zip(tip, axis, strict=True))
     moments = J_1.symbol, J_1.symbol, J_3.symbol
+    body = SpatialBody(m.symbol, (c_x, c_y, c_z), moments, turned, "top")
     system = LagrangianSystem.of_bodies(
         "top",
         (x, y, z, psi, theta, phi),
         (m, l, J_1, J_3, g, mu),
-        [SpatialBody(m.symbol, (c_x, c_y, c_z), moments, turned, "top")],
+        [body],
         gravity=g.symbol,
     )
     return Mechanism(
@@ -114,7 +115,7 @@ def top() -> Mechanism:
         source="Euler's top on a plane",
         system=system,
         contacts=(Contact.in_space("tip", system, tip, mu.symbol),),
-        domain=_locked(turned),
+        domain=_bounds(body),
         sketch=(
             "   \\ | z\n"
             "    \\|            theta: of the axis from the vertical, psi: precession,\n"
@@ -147,11 +148,12 @@ def brick() -> Mechanism:
     c_x, c_y, c_z = (p - r for p, r in zip(corner, arm, strict=True))
     A, B, C = (side.symbol**2 for side in (a, b, c))
     moments = tuple(m.symbol * pair / 3 for pair in (B + C, A + C, A + B))
+    body = SpatialBody(m.symbol, (c_x, c_y, c_z), moments, turned, "brick")
     system = LagrangianSystem.of_bodies(
         "brick",
         (x, y, z, yaw, pitch, roll),
         (m, a, b, c, g, mu),
-        [SpatialBody(m.symbol, (c_x, c_y, c_z), moments, turned, "brick")],
+        [body],
         gravity=g.symbol,
     )
     return Mechanism(
@@ -160,7 +162,7 @@ def brick() -> Mechanism:
         source="uniform cuboid, rigid",
         system=system,
         contacts=(Contact.in_space("corner", system, corner, mu.symbol),),
-        domain=_locked(turned),
+        domain=_bounds(body),
         sketch=(
             "    .-----.\n"
             "   /     /|      psi, theta, phi: yaw, pitch, roll (turns z, y, x)\n"

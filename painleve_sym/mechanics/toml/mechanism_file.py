@@ -18,6 +18,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.materials import PROPERTIES
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
+from painleve_sym.mechanics.quaternions import Quaternion, QuaternionPart, velocities_of
 from painleve_sym.mechanics.shapes import ContactGeometry, Shape, ShapeKind
 from painleve_sym.mechanics.spatial_bodies import SpatialBody
 from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
@@ -30,7 +31,6 @@ from painleve_sym.mechanics.toml.spatial_parts import (
     body_in_space,
     contact_in_space,
     is_triple,
-    locks,
 )
 from painleve_sym.time_limit import within_time
 
@@ -40,11 +40,12 @@ MAX_COORDINATES = 24
 """Closed forms of more cannot be derived: six take a minute, and each more several times that."""
 
 _TOP = (
-    *("name", "title", "source", "sketch", "gravity", "coordinates", "parameters"),
+    *("name", "title", "source", "sketch", "gravity", "coordinates", "quaternions", "parameters"),
     *("definitions", "bodies", "springs", "loads", "energy", "forces"),
     *("contacts", "domain", "shapes", "start"),
 )
 _COORDINATE = ("unit", "meaning", "latex")
+_QUATERNION = ("meaning", "velocity")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
 _PARAMETER = ("default", "unit", "meaning", "material", *_RANGE)
 _PLANAR = ("angle", "modes", "length", "lowest_period")
@@ -114,6 +115,7 @@ class _Reader:
         self.top = Table.of(source, (), data, _TOP)
         self.name = self.top.text("name", name) or name
         self.bodies: list[Body | SpatialBody] = []
+        self.quaternions: dict[str, Quaternion] = {}
 
     def mechanism(self) -> Mechanism:
         """Return the mechanism, or raise ModelError with every fault of the file."""
@@ -140,13 +142,15 @@ class _Reader:
     # ---- names ----
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        if not self.top.entries.get("coordinates"):
+        if not self.top.entries.get("coordinates") and not self.top.entries.get("quaternions"):
             self.top.fault('no coordinates. Fix: add [coordinates] with x = { unit = "m" }.')
             return ()
-        tables, coordinates = self.top.table("coordinates"), []
-        if len(tables.entries) > MAX_COORDINATES:
+        tables, coordinates = self.top.table("coordinates"), list[Coordinate]()
+        turning = self.top.table("quaternions")
+        count = len(tables.entries) + 4 * len(turning.entries)
+        if count > MAX_COORDINATES:
             self.top.fault(
-                f"got {len(tables.entries)} coordinates, need at most {MAX_COORDINATES}. "
+                f"got {count} coordinates, need at most {MAX_COORDINATES}. "
                 "Fix: leave out what does not move.",
                 "coordinates",
             )
@@ -159,6 +163,12 @@ class _Reader:
                 example = r"""latex = '\dot{x}_\mathrm{A}'"""
                 table.fault(f"{fault}. Fix: write one symbol, such as {example}.", "latex")
             coordinates.append(Coordinate(name, meaning, unit, latex))
+        for name in turning:
+            table = turning.table(name, _QUATERNION)
+            meaning = table.text("meaning", f"orientation {name}")
+            quaternion = Quaternion(name, meaning, table.text("velocity", "omega"))
+            self.quaternions[name] = quaternion
+            coordinates += quaternion.coordinates
         return tuple(coordinates)
 
     def parameters(self) -> tuple[Parameter, ...]:
@@ -174,8 +184,14 @@ class _Reader:
         """Make names known to formulas, check them, read definitions; True if all is well."""
         names, before = self.formulas.names, len(self.source.faults)
         for c in coordinates:
-            self.check_name("coordinates", c.name)
-            names |= {c.name: c.symbol, c.rate.name: c.rate}
+            if not isinstance(c, QuaternionPart):
+                self.check_name("coordinates", c.name)
+                names |= {c.name: c.symbol, c.velocity.name: c.velocity.symbol}
+        for quaternion in self.quaternions.values():
+            parts = [(c.name, c.symbol) for c in quaternion.coordinates]
+            for name, symbol in (*parts, *((v.name, v.symbol) for v in quaternion.velocities)):
+                self.check_name("quaternions", name, quaternion.name)
+                names[name] = symbol
         for p in parameters:
             self.check_name("parameters", p.name)
             names[p.name] = p.symbol
@@ -187,12 +203,14 @@ class _Reader:
             self.source.text_faults(("definitions", name), self.formulas.define(name, text))
         return bool(coordinates) and len(self.source.faults) == before
 
-    def check_name(self, table: str, name: str) -> None:
+    def check_name(self, table: str, name: str, key: str = "") -> None:
+        """Note a name that cannot be used as a fault of the table's entry with it, or with key."""
         fault = name_fault(name)
         if fault:
-            self.top.fault(fault, table, name)
+            self.top.fault(fault, table, key or name)
         elif name in self.formulas.names or name in CONSTANTS:
-            self.top.fault(f"name {name!r} is declared twice. Fix: rename one.", table, name)
+            fix = f'name {key} or its velocity = "..." another way' if key else "rename one"
+            self.top.fault(f"name {name!r} is declared twice. Fix: {fix}.", table, key or name)
 
     # ---- the system ----
 
@@ -201,7 +219,9 @@ class _Reader:
     ) -> LagrangianSystem | None:
         before = len(self.source.faults)
         self.bodies = [
-            body_in_space(table) if is_triple(table, "centre") else _body(table, coordinates)
+            body_in_space(table, self.quaternions)
+            if is_triple(table, "centre")
+            else _body(table, coordinates)
             for table in self.top.tables("bodies", _BODY)
         ]
         springs = [_spring(table) for table in self.top.tables("springs", _SPRING)]
@@ -240,7 +260,7 @@ class _Reader:
         return self.top.formula("gravity", 0)
 
     def forces(self, coordinates: tuple[Coordinate, ...]) -> dict[str, sp.Expr]:
-        names, given = [c.name for c in coordinates], self.top.table("forces")
+        names, given = [v.row for v in velocities_of(coordinates)], self.top.table("forces")
         for name in given:
             if name not in names:
                 given.fault(unknown_name("coordinate", name, names), name)
@@ -267,14 +287,16 @@ class _Reader:
         given = (DomainBound(table.formula("margin"), table.text("meaning")) for table in tables)
         planar = [body for body in self.bodies if isinstance(body, Body)]
         own = (bound for body in planar for bound in _mode_bounds(body))
-        return (*given, *own, *locks([b for b in self.bodies if isinstance(b, SpatialBody)]))
+        spatial = (body for body in self.bodies if isinstance(body, SpatialBody))
+        in_space = (DomainBound(*bound) for body in spatial for bound in body.bounds)
+        return (*given, *own, *in_space)
 
     def shapes(self) -> tuple[Shape, ...]:
         return tuple(s for t in self.top.tables("shapes", _SHAPE) if (s := _shape(t)) is not None)
 
     def start(self, coordinates: tuple[Coordinate, ...]) -> dict[str, float]:
         table = self.top.table("start")
-        names = [c.name for c in coordinates] + [c.rate.name for c in coordinates]
+        names = [c.name for c in coordinates] + [v.name for v in velocities_of(coordinates)]
         names += [TIME.name] if self.formulas.names.get(TIME.name) == TIME else []
         for name in table:
             if name not in names:
@@ -301,7 +323,7 @@ def _stand_in(
     name: str, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...]
 ) -> LagrangianSystem | None:
     """Return a system of the same names, so that contacts are checked though the energies fail."""
-    kinetic = sum((c.rate**2 for c in coordinates), sp.Integer(0))
+    kinetic = sum((v.symbol**2 for v in velocities_of(coordinates)), sp.Integer(0))
     try:
         return LagrangianSystem(name, coordinates, parameters, kinetic, sp.Integer(0))
     except ModelError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -10,7 +10,7 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.mechanism import DomainBound
+from painleve_sym.mechanics.quaternions import Quaternion
 from painleve_sym.mechanics.spatial_bodies import Orientation, SpatialBody
 from painleve_sym.mechanics.toml.expressions import Formulas
 from painleve_sym.mechanics.toml.reader import Table
@@ -25,13 +25,22 @@ def is_triple(table: Table, key: str) -> bool:
     return isinstance(value, list) and len(value) == 3
 
 
-def body_in_space(table: Table) -> SpatialBody:
-    """Return the body that a table with three places of its centre describes."""
+def body_in_space(table: Table, quaternions: Mapping[str, Quaternion]) -> SpatialBody:
+    """Return the body that a table with three places of its centre describes.
+
+    Its orientation is a list of turns, or the name of one of the quaternions.
+    """
     _refuse_others(table, BODY_IN_SPACE, "a body in space")
     name = table.text("name", "body")
-    turned = Orientation()
+    turned: Orientation | Quaternion = Orientation()
     turns = table.entries.get("orientation", [])
-    if not isinstance(turns, list) or any(not isinstance(t, list) or len(t) != 2 for t in turns):
+    if isinstance(turns, str):
+        if turns in quaternions:
+            turned = quaternions[turns]
+        else:
+            fix = f"Fix: declare it as [quaternions.{turns}], or give turns."
+            table.fault(f"{unknown_name('quaternion', turns, quaternions)} {fix}", "orientation")
+    elif not isinstance(turns, list) or any(not isinstance(t, list) or len(t) != 2 for t in turns):
         example = '[["z", "psi"], ["y", "-theta"]]'
         table.fault(f"got {turns!r}, need turns such as {example}.", "orientation")
     else:
@@ -56,14 +65,6 @@ def _inertia(table: Table) -> tuple[Any, ...]:
             return tuple(table.written(v, "inertia", i) for i, v in enumerate(value))
     table.fault(f"got {value!r}, need three principal moments or three rows of three.", "inertia")
     return (1, 1, 1)
-
-
-def locks(bodies: Sequence[SpatialBody]) -> Iterator[DomainBound]:
-    """Yield the gimbal locks of the angles of bodies as bounds of the domain."""
-    for body in bodies:
-        if body.orientation.lock is not None and body.orientation.lock[0].free_symbols:
-            margin, meaning = body.orientation.lock
-            yield DomainBound(margin, f"{body.name}: {meaning}")
 
 
 def contact_in_space(

@@ -191,6 +191,9 @@ def _checked_names(mechanism: Mechanism, where: str, axes: str | Sequence[str]) 
     for name in over:
         if name not in known:
             raise InputError(f"{where}: {unknown_name('axis', name, known)}")
+        if fault := mechanism.outline.part_fault(name):
+            fix = "Fix: map over velocities or parameters, or give the body angles."
+            raise InputError(f"{where}: {fault} {fix}")
     if len(over) != 2 or over[0] == over[1]:
         received = ", ".join(over) or "none"
         raise InputError(f"{where}: axes: got {received}, need two different names.")
@@ -240,7 +243,7 @@ def default_range(
         return parameter_range(parameter)
     if name == SLIP_DIRECTION:
         return -math.pi, math.pi
-    if name.endswith("_dot") and name not in {c.name for c in mechanism.system.coordinates}:
+    if name in mechanism.outline.velocity_names:
         return -SPEED, SPEED
     if name in map(str, mechanism.system.clock):
         return 0.0, 1.0

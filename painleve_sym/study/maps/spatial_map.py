@@ -80,8 +80,8 @@ class SpatialMap:
             "B": zero_segments(lambda p, q: self._system(p, q)[1], x, y, B),
         }
         crossings, shared = common_zeros(self._system, x, y, A, B)
-        if len(crossings) and self.mechanism.outline.domain:
-            margins = self._values(*crossings.T)[-len(self.mechanism.outline.domain) :]
+        if len(crossings):
+            margins = self._values(*crossings.T)[6:]
             crossings = crossings[(margins > 0).all(axis=0)]
         return curves, crossings, shared
 
