@@ -7,12 +7,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from painleve_sym.checks import LARGEST
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
-from painleve_sym.contacts.delassus import domain_margins
-from painleve_sym.errors import InputError
+from painleve_sym.contacts.delassus import Delassus, domain_margins
+from painleve_sym.errors import InputError, received
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.units import Value
+
+_SINGULAR = 1e-12
+"""Part of the largest singular value of W below which another one is 0."""
+_REACHED = 1e-9
+"""Part of a velocity within which it is reached."""
 
 
 def place_of(
@@ -41,6 +49,54 @@ def closed_place(place: Place, close: str) -> Place:
     state = closed_state(place.mechanism, place.state, place.parameters, close)
     solved = tuple(n for n, v in state.items() if v != place.state[n])
     return replace(place, state=state, given=(*place.given, *solved))
+
+
+def moving_place(place: Place, velocity: Sequence[float]) -> Place:
+    """Return the place with velocities that give its only contact a velocity.
+
+    The change Δu of the velocities is that of an impulse at the contact, which has the least
+    kinetic energy ½ Δu·M Δu of all.
+
+    Parameters
+    ----------
+    place : Place
+    velocity : sequence of float, shape (2,) or in space (3,)
+        Along n and t, in space along n, t1, t2; m/s.
+
+    Raises
+    ------
+    InputError
+        Not as many finite numbers; a velocity that the contact cannot have here.
+    """
+    mechanism = place.mechanism
+    mechanism.require_one_contact()
+    where, rows = f"contact velocity of {mechanism.name!r}", ("n", "t1", "t2")
+    size = 2 + mechanism.outline.in_space
+    try:
+        wanted = np.array([float(v) for v in velocity])
+    except (TypeError, ValueError):
+        wanted = np.empty(0)
+    if wanted.shape != (size,) or not (np.abs(wanted) <= LARGEST).all():
+        named = ", ".join(rows) if size == 3 else "n, t"
+        raise InputError(
+            f"{where}: got {received(velocity)}, need {size} finite numbers along {named}, in m/s."
+        )
+    names, state = mechanism.outline.velocity_names, dict(place.state)
+    of = Delassus.of(mechanism)
+    for _ in range(3):  # the first finds it, the others leave its rounding alone
+        numbers, moves = of.whole_at({**state, **place.parameters})
+        W = (numbers.W + numbers.W.T) / 2
+        impulse = np.linalg.lstsq(W, wanted - numbers.v, rcond=_SINGULAR)[0]
+        change = (moves.D @ impulse).tolist()
+        state |= {n: state[n] + d + 0.0 for n, d in zip(names, change, strict=True)}
+    reached = of.at({**state, **place.parameters}).v
+    scale = max(float(np.abs(wanted).max()), float(np.abs(reached).max()))
+    if not (np.abs(reached - wanted) <= _REACHED * scale).all():
+        raise InputError(
+            f"{where}: got {wanted.tolist()} m/s, which the contact cannot have here: the nearest "
+            f"is {[float(f'{v:.6g}') for v in reached]} m/s. Fix: give one in which it can move."
+        )
+    return replace(place, state=state, given=tuple(dict.fromkeys((*place.given, *names))))
 
 
 def inside(place: Place) -> Place:
