@@ -161,17 +161,14 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     show()
     show("velocities at the end of each phase")
     units = scenario.mechanism().state_units
-    names, start = list(impact.velocity), scenario.start()
-    courses = {"before": {n: start.get(n, 0.0) for n in names}}
-    courses |= {p.name: dict(p.velocity) for p in impact.phases}
-    sizes = {n: max(abs(v[n]) for v in courses.values()) for n in names}
-    heads = [f"{n} [{units[n]}]" for n in names]
-    cells = [[number(v[n], size=sizes[n]) for n in names] for v in courses.values()]
+    courses = [("before", impact.velocity_before), *((p.name, p.velocity) for p in impact.phases)]
+    names = list(impact.velocity)
+    sizes = {n: max(abs(v[n]) for _, v in courses) for n in names}
+    table = [("", *(f"{n} [{units[n]}]" for n in names))]
+    table += [(name, *(number(v[n], size=sizes[n]) for n in names)) for name, v in courses]
     if len(names) > WIDE:
-        columns = zip(*cells, strict=True)
-        show_table(("", *courses), [(head, *own) for head, own in zip(heads, columns, strict=True)])
-    else:
-        show_table(("", *heads), [(name, *own) for name, own in zip(courses, cells, strict=True)])
+        table = list(zip(*table, strict=True))
+    show_table(table[0], table[1:])
     show()
     show(f"course {impact.case.value}, ends in {impact.end.value}")
     if impact.end.value == "jam":

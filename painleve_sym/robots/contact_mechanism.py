@@ -1,10 +1,10 @@
-"""The contact of a robot as a mechanism, which `classify` and `jump` take as they take any other."""
+"""The contact of a robot as a mechanism, which `classify` and `jump` take like any other."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 import numpy as np
@@ -17,9 +17,9 @@ from painleve_sym.contacts.delassus import (
     NumericalMechanism,
 )
 from painleve_sym.contacts.risk import held, holding
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
-from painleve_sym.mechanics.mechanism import Mechanism, Place
+from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
 from painleve_sym.robots.dynamics import BASE, RobotDynamics
 from painleve_sym.units import Value

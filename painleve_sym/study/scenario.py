@@ -56,11 +56,12 @@ class Scenario:
     and for no state, law or material. `model` names the mechanism, `contact` the only one of
     several contacts to consider. Where `model` is the file of a robot, `contact` is the frame of
     the contact in question, with those of others after it, and `robot` holds the arguments of
-    `robot` and `Robot.contact` that say where it is. A state that is not given is the mechanism's start. `law_choices`
-    are named choices of the law, such as ``reload``. `samples` is the number of evenly spaced times
-    to report, at least 2. `e` and `restitution` are those of the jump. `contact_velocity` is that of the only contact, for which
-    the velocities of the state are changed (see `moving_place`). `where` is what error
-    messages call this scenario, such as the name of its file.
+    `robot` and `Robot.contact` that say where it is. A state that is not given is the mechanism's
+    start. `contact_velocity` is that of the only contact, for which the velocities of the state are
+    changed (see `moving_place`). `law_choices` are named choices of the law, such as ``reload``.
+    `samples` is the number of evenly spaced times to report, at least 2. `e` and `restitution` are
+    those of the jump. `where` is what error messages call this scenario, such as the name of its
+    file.
     """
 
     model: str
