@@ -13,12 +13,14 @@ from painleve_sym.checks import LARGEST
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.delassus import Delassus, domain_margins
-from painleve_sym.errors import InputError, received
+from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.units import Value
 
 _SINGULAR = 1e-12
 """Part of the largest singular value of W below which another one is 0."""
+_ROUNDING = 2e-15
+"""Part of the terms of a velocity that is their rounding."""
 _REACHED = 1e-9
 """Part of a velocity within which it is reached."""
 
@@ -28,12 +30,13 @@ def place_of(
     state: Mapping[str, Value] | None = None,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
+    contact_velocity: Sequence[float] | None = None,
     **checks: Any,
 ) -> Place:
-    """Return a checked place; where `close` names a coordinate, it is solved for.
+    """Return a checked place; `close` and `contact_velocity` are solved for where they are given.
 
-    Parameters are those of `Mechanism.at` and `closed_state`. The domain is not looked at (see
-    `inside`).
+    Parameters are those of `Mechanism.at`, `closed_state` and `moving_place`. The domain is not
+    looked at (see `inside`).
 
     Raises
     ------
@@ -41,7 +44,8 @@ def place_of(
         Unknown names, numbers out of range, nothing that closes the contact.
     """
     place = as_mechanism(mechanism).at(state, parameters, **checks)
-    return place if close is None else closed_place(place, close)
+    place = place if close is None else closed_place(place, close)
+    return place if contact_velocity is None else moving_place(place, contact_velocity)
 
 
 def closed_place(place: Place, close: str) -> Place:
@@ -79,22 +83,26 @@ def moving_place(place: Place, velocity: Sequence[float]) -> Place:
     if wanted.shape != (size,) or not (np.abs(wanted) <= LARGEST).all():
         named = ", ".join(rows) if size == 3 else "n, t"
         raise InputError(
-            f"{where}: got {received(velocity)}, need {size} finite numbers along {named}, in m/s."
+            f"{where}: got {velocity!r}, need {size} finite numbers along {named}, in m/s."
         )
     names, state = mechanism.outline.velocity_names, dict(place.state)
     of = Delassus.of(mechanism)
-    for _ in range(3):  # the first finds it, the others leave its rounding alone
+    for _ in range(4):  # the first change finds it, others take its rounding away
         numbers, moves = of.whole_at({**state, **place.parameters})
+        terms = np.abs(moves.J) @ np.abs([state[n] for n in names]) + np.abs(numbers.v)
+        if (np.abs(wanted - numbers.v) <= _ROUNDING * terms).all():
+            break
         W = (numbers.W + numbers.W.T) / 2
         impulse = np.linalg.lstsq(W, wanted - numbers.v, rcond=_SINGULAR)[0]
         change = (moves.D @ impulse).tolist()
         state |= {n: state[n] + d + 0.0 for n, d in zip(names, change, strict=True)}
     reached = of.at({**state, **place.parameters}).v
+    nearest = [float(f"{v:.6g}") + 0.0 for v in reached]
     scale = max(float(np.abs(wanted).max()), float(np.abs(reached).max()))
     if not (np.abs(reached - wanted) <= _REACHED * scale).all():
         raise InputError(
             f"{where}: got {wanted.tolist()} m/s, which the contact cannot have here: the nearest "
-            f"is {[float(f'{v:.6g}') for v in reached]} m/s. Fix: give one in which it can move."
+            f"is {nearest} m/s. Fix: give one in which it can move."
         )
     return replace(place, state=state, given=tuple(dict.fromkeys((*place.given, *names))))
 

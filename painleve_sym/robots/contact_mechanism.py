@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NoReturn
 
 import numpy as np
@@ -110,6 +111,10 @@ class RobotMechanism(NumericalMechanism):
         """Sentences on what the file leaves out, and on what every result depends on."""
         return (*self.robot.tree.notices, " ".join(CAVEATS))
 
+    def require_planar(self) -> None:
+        """Raise InputError: the contact of a robot is in space, and has no formulas."""
+        refuse(self.name)
+
     def at(
         self,
         state: Mapping[str, Value] | None = None,
@@ -151,8 +156,16 @@ class RobotMechanism(NumericalMechanism):
                 "Python mu=0.8."
             )
         if faults:
-            raise InputError(f"{where or repr(self.name)}: " + " ".join(faults))
+            raise InputError(f"robot {self.name!r}: " + " ".join(faults))
         return place
+
+
+def refuse(name: str) -> NoReturn:
+    """Raise InputError: what is asked for takes formulas, which a robot has not."""
+    raise InputError(
+        f"robot {name!r}: its contact has numbers in space but no formulas, which are needed here. "
+        "Fix: use robot, classify or jump."
+    )
 
 
 def contact_mechanism(
@@ -180,14 +193,8 @@ def contact_mechanism(
     own = {*outline.argument_names}
     numbers = FirstContact(robot, False, {n: v for n, v in values.items() if n not in own}, stuck)
 
-    def make() -> NoReturn:
-        raise InputError(
-            f"robot {name!r}: its contact has numbers but no formulas, which are needed here. "
-            "Fix: use robot, classify or jump."
-        )
-
     return RobotMechanism.deferred(
-        make,
+        partial(refuse, name),
         name=name,
         title=f"contact {first.name} of the robot {name}",
         source="",

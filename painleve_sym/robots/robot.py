@@ -181,7 +181,7 @@ class RobotContact:
         velocities: Mapping[str, Value] | None = None,
         torques: Mapping[str, Value] | None = None,
         *,
-        velocity: Sequence[float] | None = None,
+        contact_velocity: Sequence[float] | None = None,
     ) -> SpatialClassification:
         """Return the rigid contact problem of the contact at the pose, with every solution.
 
@@ -193,7 +193,7 @@ class RobotContact:
             Of joints and of coordinates of the base (`base_x`, ...), in rad/s or m/s; 0 by default.
         torques : mapping of str to (float or str), optional
             Of joints, N m or N; 0 by default.
-        velocity : sequence of 3 float, optional
+        contact_velocity : sequence of 3 float, optional
             Of the contact along n, t1, t2, m/s: `velocities` are changed so that it has this one,
             with the least kinetic energy of the change.
 
@@ -206,10 +206,10 @@ class RobotContact:
         --------
         >>> import painleve_sym as ps
         >>> foot = ps.robot("examples/robots/quadruped.urdf").contact("LF_foot", pose="standing")
-        >>> foot.classify(2.0, velocity=(0.0, 1.0, 0.0)).case
+        >>> foot.classify(2.0, contact_velocity=(0.0, 1.0, 0.0)).case
         <ContactCase.INCONSISTENT: 'inconsistent'>
         """
-        place = self._place(mu, velocities, torques, velocity)
+        place = self._place(mu, velocities, torques, contact_velocity)
         answer = classify_at(place)
         assert isinstance(answer, SpatialClassification)
         return answer
@@ -221,7 +221,7 @@ class RobotContact:
         e: float | None = None,
         velocities: Mapping[str, Value] | None = None,
         *,
-        velocity: Sequence[float] | None = None,
+        contact_velocity: Sequence[float] | None = None,
     ) -> JumpResult:
         """Return the impact of the contact at the pose: phases, impulses, velocities after it.
 
@@ -236,7 +236,7 @@ class RobotContact:
             Friction coefficient, >= 0.
         e : float, optional
             Coefficient of restitution, by default 0.75.
-        velocities, velocity
+        velocities, contact_velocity
             As for `classify`.
 
         Raises
@@ -248,13 +248,13 @@ class RobotContact:
         --------
         >>> import painleve_sym as ps
         >>> foot = ps.robot("examples/robots/quadruped.urdf").contact("LF_foot", pose="standing")
-        >>> jump = foot.jump("energetic", 2.0, 0.5, velocity=(0.0, 1.0, 0.0))
+        >>> jump = foot.jump("energetic", 2.0, 0.5, contact_velocity=(0.0, 1.0, 0.0))
         >>> [phase.name for phase in jump.phases]
         ['tangential', 'sticking compression', 'sticking restitution']
         """
         law = restitution_law(chosen(Restitution, restitution, "restitution law", "jump"))
         given = {} if e is None else {law.parameter.name: e}
-        place = self._place(mu, velocities, None, velocity, law.parameter, given)
+        place = self._place(mu, velocities, None, contact_velocity, law.parameter, given)
         return jump_at(place, law)
 
     def _place(
@@ -262,7 +262,7 @@ class RobotContact:
         mu: float,
         velocities: Mapping[str, Value] | None,
         torques: Mapping[str, Value] | None,
-        velocity: Sequence[float] | None,
+        contact_velocity: Sequence[float] | None,
         of_law: Parameter | None = None,
         given: Mapping[str, float] | None = None,
     ) -> Place:
@@ -283,7 +283,7 @@ class RobotContact:
         parameters = {"mu": mu, **values[1], **(given or {})}
         declared = ParameterSet(*outline.parameters, *([of_law] if of_law else []))
         place = mechanism.at(values[0], parameters, declared=declared, where=where)
-        return place if velocity is None else moving_place(place, velocity)
+        return place if contact_velocity is None else moving_place(place, contact_velocity)
 
     def mobility(self, joints: Mapping[str, Array] | None = None) -> Array:
         """Return W at the pose, or at arrays of joint values that differ from it.

@@ -19,7 +19,7 @@ from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact_at
-from painleve_sym.contacts.inputs import inside, moving_place, place_of
+from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.engines.protocol import DEFAULT_RTOL, RunSettings
 from painleve_sym.errors import EventKind, InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -238,9 +238,8 @@ class Scenario:
             )
         declared = ParameterSet(*mechanism.outline.parameters, *laws)
         given = {**self.parameters, **of_laws}
-        place = place_of(mechanism, self.state, given, self.close, declared=declared)
-        velocity = self.contact_velocity
-        return place if velocity is None else moving_place(place, velocity)
+        solved = self.close, self.contact_velocity
+        return place_of(mechanism, self.state, given, *solved, declared=declared)
 
     def start(self) -> dict[str, float]:
         """Return the state as given, or the mechanism's start; with the contact closed by `close`.
