@@ -19,8 +19,8 @@ from painleve_sym.units import Value
 
 _SINGULAR = 1e-12
 """Part of the largest singular value of W below which another one is 0."""
-_ROUNDING = 2e-15
-"""Part of the terms of a velocity that is their rounding."""
+ROUND_OFF = 1e-14
+"""Part of its terms below which a velocity that is a sum of rounded products counts as zero."""
 _REACHED = 1e-9
 """Part of a velocity within which it is reached."""
 
@@ -90,12 +90,14 @@ def moving_place(place: Place, velocity: Sequence[float]) -> Place:
     for _ in range(4):  # the first change finds it, others take its rounding away
         numbers, moves = of.whole_at({**state, **place.parameters})
         terms = np.abs(moves.J) @ np.abs([state[n] for n in names]) + np.abs(numbers.v)
-        if (np.abs(wanted - numbers.v) <= _ROUNDING * terms).all():
+        if (np.abs(wanted - numbers.v) <= ROUND_OFF * terms / 8).all():
             break
         W = (numbers.W + numbers.W.T) / 2
         impulse = np.linalg.lstsq(W, wanted - numbers.v, rcond=_SINGULAR)[0]
-        change = (moves.D @ impulse).tolist()
-        state |= {n: state[n] + d + 0.0 for n, d in zip(names, change, strict=True)}
+        old = np.array([state[n] for n in names])
+        new, sizes = old + moves.D @ impulse, np.abs(old) + np.abs(moves.D) @ np.abs(impulse)
+        new = np.where(np.abs(new) > ROUND_OFF * sizes, new, 0.0)
+        state |= dict(zip(names, new.tolist(), strict=True))
     reached = of.at({**state, **place.parameters}).v
     nearest = [float(f"{v:.6g}") + 0.0 for v in reached]
     scale = max(float(np.abs(wanted).max()), float(np.abs(reached).max()))

@@ -12,7 +12,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import place_of, refuse_outside
+from painleve_sym.contacts.inputs import ROUND_OFF, place_of, refuse_outside
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
@@ -21,9 +21,6 @@ from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.notebooks import Shown
 from painleve_sym.units import Value
-
-# A velocity that is a sum of rounded products counts as zero below this part of its terms.
-ROUND_OFF = 1e-14
 
 Values = dict[str, float]
 """States and parameters by name."""
