@@ -87,11 +87,8 @@ def moving_place(place: Place, velocity: Sequence[float]) -> Place:
         )
     names, state = mechanism.outline.velocity_names, dict(place.state)
     of = Delassus.of(mechanism)
-    for _ in range(4):  # the first change finds it, others take its rounding away
+    for _ in range(3):  # the first change finds it, others take its rounding away
         numbers, moves = of.whole_at({**state, **place.parameters})
-        terms = np.abs(moves.J) @ np.abs([state[n] for n in names]) + np.abs(numbers.v)
-        if (np.abs(wanted - numbers.v) <= ROUND_OFF * terms / 8).all():
-            break
         W = (numbers.W + numbers.W.T) / 2
         impulse = np.linalg.lstsq(W, wanted - numbers.v, rcond=_SINGULAR)[0]
         old = np.array([state[n] for n in names])

@@ -31,6 +31,8 @@ CAVEATS = (
     "The contact is one point; a round foot moves it as it rolls.",
 )
 """Assumptions that every result of a robot depends on."""
+_STUCK = 1e-6
+"""Speed of a stuck contact that counts as rest, m/s: what is left of rounded velocities."""
 _UPRIGHT = 1e-9
 """Least cosine of the pitch of a base whose angles still have velocities."""
 
@@ -68,6 +70,14 @@ class FirstContact(Delassus):
         numbers, moves = super().whole_at_each({**self.fixed, **values})
         return self._first(numbers), self._moved(numbers, moves)
 
+    def stuck_velocities(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the speed of each contact that is stuck, which must be 0, by its frame; m/s."""
+        others = self.dynamics.outline.contacts[1:] if self.stuck else ()
+        if not others:
+            return {}
+        v = super().at({**self.fixed, **values}).v[3:].reshape(-1, 3)
+        return dict(zip((c.name for c in others), np.linalg.norm(v, axis=1).tolist(), strict=True))
+
     def _first(self, numbers: ContactNumbers) -> ContactNumbers:
         if len(numbers.mu) == 1:
             return numbers
@@ -104,6 +114,7 @@ class RobotMechanism(NumericalMechanism):
     robot : RobotDynamics
     """
 
+    numbers: FirstContact = field(kw_only=True)
     robot: RobotDynamics = field(kw_only=True)
 
     @property
@@ -129,8 +140,8 @@ class RobotMechanism(NumericalMechanism):
         ------
         InputError
             Also for no friction coefficient, joint values outside their limits, velocities of
-            locked joints, and a base whose pitch is a right angle, where its angles have no
-            velocities.
+            locked joints and of stuck contacts, and a base whose pitch is a right angle, where its
+            angles have no velocities.
         """
         given = {**self.start, **by_name(state, f"state of {self.name!r}")}
         place = super().at(given, parameters, declared=declared, where=where)
@@ -155,6 +166,14 @@ class RobotMechanism(NumericalMechanism):
                 "mu: missing, need the friction coefficient >= 0. Fix: such as --set mu=0.8, in "
                 "Python mu=0.8."
             )
+        if not faults:
+            for name, speed in self.numbers.stuck_velocities(place.values).items():
+                if speed > _STUCK:
+                    faults.append(
+                        f"contact {name} is stuck and moves with {speed:g} m/s, need 0. Fix: give "
+                        "the velocity of the contact in question instead (--contact-velocity), or "
+                        "leave the others free."
+                    )
         if faults:
             raise InputError(f"robot {self.name!r}: " + " ".join(faults))
         return place
