@@ -210,6 +210,33 @@ def test_scene_that_is_turned_about_the_normal_has_the_same_impact():
     np.testing.assert_allclose(moved, (c * x - s * y, s * x + c * y), atol=1e-12)
 
 
+def test_plastic_impact_that_sticks_is_that_of_pinocchio():
+    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    model = pin.buildModelFromUrdf(str(DOG), pin.JointModelFreeFlyer())
+    data = model.createData()
+    robot = ps.robot(DOG)
+    joints = {"LF_HFE": 0.7, "LF_KFE": -1.2, "RF_HAA": 0.1}
+    foot = robot.contact("LF_foot", joints=joints)
+    jump = foot.jump("energetic", 2.0, 0.0, {"RH_KFE": 0.3}, contact_velocity=(0.0, 1.0, 0.1))
+    assert [p.name for p in jump.phases][:2] == ["tangential", "sticking compression"]
+    q, v = pin.neutral(model), []
+    for velocities in (jump.velocity_before, jump.velocity):
+        v.append(np.zeros(model.nv))
+        v[-1][:6] = [velocities[f"base_{n}_dot"] for n in ("x", "y", "z", "roll", "pitch", "yaw")]
+        for name in robot.joints:
+            at = model.joints[model.getJointId(name)]
+            q[at.idx_q], v[-1][at.idx_v] = foot.values[name], velocities[f"{name}_dot"]
+    world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    J = pin.computeFrameJacobian(model, data, q, model.getFrameId("LF_foot"), world)[:3]
+    after = pin.impulseDynamics(model, data, q, v[0], J, 0.0, 0.0)
+    np.testing.assert_allclose(v[1], after, atol=1e-12)
+    P = np.sum([[*p.tangential_impulse, p.normal_impulse] for p in jump.phases], axis=0)
+    np.testing.assert_allclose(data.impulse_c, P, atol=1e-12)
+    M = pin.crba(model, data, q)
+    M = np.triu(M) + np.triu(M, 1).T
+    np.testing.assert_allclose(M @ (v[1] - v[0]), J.T @ P, atol=1e-12)
+
+
 # ---- impact without collision ----
 
 
