@@ -96,8 +96,8 @@ def moving_place(place: Place, velocity: Sequence[float]) -> Place:
         new = np.where(np.abs(new) > ROUND_OFF * sizes, new, 0.0)
         state |= dict(zip(names, new.tolist(), strict=True))
     reached = of.at({**state, **place.parameters}).v
-    nearest = [float(f"{v:.6g}") + 0.0 for v in reached]
     scale = max(float(np.abs(wanted).max()), float(np.abs(reached).max()))
+    nearest = [float(f"{v:.6g}") if abs(v) > _REACHED * scale else 0.0 for v in reached]
     if not (np.abs(reached - wanted) <= _REACHED * scale).all():
         raise InputError(
             f"{where}: got {wanted.tolist()} m/s, which the contact cannot have here: the nearest "

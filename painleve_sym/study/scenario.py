@@ -138,13 +138,13 @@ class Scenario:
             faults.fault((), 'no model. Fix: add a line such as model = "rod".')
         whole = None
         if "model" in values:
-            with faults.at("model"):
+            with faults.at("robot" if values.get("robot") else "model"):
                 whole = _whole(values, mechanism or model)
         if whole is not None:
             _read_names(faults, whole, values)
         fields = {FIELDS.get(key, key): value for key, value in values.items()}
         scenario = cls(**{"model": "", **fields}, where=faults.where)
-        if whole is not None and scenario.contact is None:
+        if whole is not None and (scenario.contact is None or is_robot_file(scenario.model)):
             scenario.__dict__["_mechanism"] = whole
         return scenario
 
@@ -433,13 +433,23 @@ _OF_CONTACT = ("point", "normal", "radius", "joints", "pose", "locked", "others"
 """Arguments of `robot` and of `Robot.contact` that a table [robot] may hold."""
 
 
-def _read_robot(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
+def _read_robot(faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    """Read what says where the contact of a robot is; `Robot.contact` knows its names."""
     if not isinstance(value, Mapping):
         raise _wrong(key, value, "a table [robot]")
-    for name in value:
-        if name not in (*_OF_FILE, *_OF_CONTACT):
-            raise InputError(unknown_name("key", name, (*_OF_FILE, *_OF_CONTACT)))
-    return {key: dict(value)}
+    known, read = (*_OF_FILE, *_OF_CONTACT), dict(value)
+    for name, entry in value.items():
+        with faults.at(key, name):
+            if name not in known:
+                raise InputError(unknown_name("key", name, known))
+            if name == "floating" and not isinstance(entry, bool):
+                raise _wrong(name, entry, "true or false")
+            if name in ("srdf", "pose", "others"):
+                _read_text(faults, name, entry)
+            if name in ("armature", "radius"):
+                unit = "m" if name == "radius" else None
+                read[name] = number(entry, name, where=faults.where, unit=unit)
+    return {key: read}
 
 
 def _whole(values: Mapping[str, Any], make: Callable[[str], Mechanism]) -> Mechanism:

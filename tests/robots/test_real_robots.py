@@ -71,6 +71,10 @@ def test_foot_of_anymal_has_an_impact_without_collision(study, folder):
     assert jump.normal_impulse == pytest.approx(known.normal_impulse, rel=1e-7)
     assert jump.phases[-1].normal_velocity == pytest.approx(known.velocity[0], rel=1e-7)
     assert jump.energy_change == pytest.approx(known.energy_change, rel=1e-7)
+    # What the page says.
+    assert sum(p.normal_impulse for p in jump.phases[:2]) == pytest.approx(1.52, abs=5e-3)
+    assert jump.phases[-1].normal_velocity == pytest.approx(0.30, abs=5e-3)
+    assert jump.energy_change / jump.kinetic_energy == pytest.approx(-0.76, abs=5e-3)
 
 
 def test_anymal_with_rotors_stuck_feet_and_locked_joints(study, folder):
