@@ -32,7 +32,7 @@ CAVEATS = (
 )
 """Assumptions that every result of a robot depends on."""
 _STUCK = 1e-6
-"""Speed of a stuck contact that counts as rest, m/s: what is left of rounded velocities."""
+"""Speed of a stuck contact that counts as rest, m/s, for velocities of six digits."""
 _UPRIGHT = 1e-9
 """Least cosine of the pitch of a base whose angles still have velocities."""
 
@@ -180,7 +180,7 @@ class RobotMechanism(NumericalMechanism):
 
 
 def refuse(name: str) -> NoReturn:
-    """Raise InputError: what is asked for takes formulas, which a robot has not."""
+    """Raise InputError: a robot has no formulas."""
     raise InputError(
         f"robot {name!r}: its contact has numbers in space but no formulas, which are needed here. "
         "Fix: use robot, classify or jump."
