@@ -143,6 +143,13 @@ def _show(report: RiskReport) -> None:
             f"mu = {number(risk.mu)}: "
             + (inside if risk.half_angle else "below mu_P, no slip is inside the paradox")
         )
+    if risk.impact is not None:
+        rebound, _, _ = risk.impact.velocity
+        show(
+            f"slip at 1 m/s there is an impact: P_n = {number(risk.impact.normal_impulse, 4)} N s, "
+            f"rebound at {number(rebound, 4)} m/s"
+        )
+        show(f"({risk.impact.restitution}, e = 0.75; the command jump has its phases)")
     show(f"least mu_P of all surface normals: {number(risk.least_over_normals, 9)}")
     show()
     largest = sorted(risk.gradient.items(), key=lambda pair: -abs(pair[1]))[:SHOWN_GRADIENT]

@@ -12,13 +12,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import by_name, checked_number, names_of, number, whole_number
+from painleve_sym.checks import (
+    by_name,
+    checked_number,
+    names_of,
+    number,
+    spatial_mobility_faults,
+    whole_number,
+)
 from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import classify_at
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
+from painleve_sym.contacts.impact.one_contact import Impact, solve_impact
+from painleve_sym.contacts.impact.within_plane import moving_tangent
 from painleve_sym.contacts.inputs import moving_place
 from painleve_sym.contacts.risk import (
     friction_threshold,
@@ -28,7 +37,7 @@ from painleve_sym.contacts.risk import (
     slip_direction,
 )
 from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.files import finite
+from painleve_sym.files import finite, plain_fields
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.mechanism import Place
@@ -54,6 +63,9 @@ _SINGULAR = 1e-9
 """Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
 
 
+_IMPACT = ("restitution", "velocity", "normal_impulse", "tangential_impulse", "energy_change")
+
+
 @dataclass(frozen=True, eq=False)
 class ContactRisk:
     """The contact of a robot at a pose.
@@ -76,6 +88,10 @@ class ContactRisk:
         The least `mu_P` of all surface normals.
     gradient : dict of str to float
         Derivatives of `mu_P` by joint values, 1/rad or 1/m.
+    impact : Impact or None
+        The impact without collision of slip at 1 m/s along the worst direction, by the energetic
+        law with e = 0.75; its impulses grow with the velocity. None up to `mu_P`, without `mu`,
+        and where W is singular.
     """
 
     W: Array
@@ -86,6 +102,7 @@ class ContactRisk:
     worst_direction: Array
     least_over_normals: float
     gradient: dict[str, float]
+    impact: Impact | None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; infinite numbers are None."""
@@ -96,6 +113,7 @@ class ContactRisk:
             "worst_direction": self.worst_direction.tolist(),
             "least_over_normals": finite(self.least_over_normals),
             "gradient": {n: finite(g) for n, g in self.gradient.items()},
+            "impact": None if self.impact is None else plain_fields(self.impact, *_IMPACT),
         }
 
 
@@ -369,6 +387,7 @@ class RobotContact:
             worst_direction=math.cos(direction) * t1 + math.sin(direction) * t2,
             least_over_normals=float(least_over_normals(W)),
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
+            impact=_worst_impact(W, mu, direction) if mu is not None and mu > mu_P else None,
         )
 
     def _check_mass(self) -> None:
@@ -466,6 +485,14 @@ class RobotContact:
         pose = {n: float(v) for n, v in zip(names, best_q, strict=True)}
         whole = {name: pose.get(name, float(self.values[name])) for name in self.joints}
         return LeastRisk(math.exp(best / 2), whole)
+
+
+def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:
+    """Return the impact without collision of slip at 1 m/s; None where W is singular."""
+    rows = W.tolist()
+    if spatial_mobility_faults(rows) and moving_tangent(rows) is None:
+        return None
+    return solve_impact(rows, mu, (0.0, math.cos(direction), math.sin(direction)))
 
 
 @dataclass(frozen=True, eq=False)
