@@ -248,7 +248,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "contrast": (f"contrast rod --state {TABLE_3}",),
     "fit": ("fit examples/studies/fit/force.csv rod --state theta=1,theta_dot=1,x_A_dot=-1,"
             "y_A_dot=-0.02 --law bilinear-hertz --estimate mu",),
-    "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 0.8 "
+    "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 2 "
               "--poses 50",
               "robot examples/robots/desk_arm.xml --contact finger --mu 1 --poses 9 "
               "--torques yaw=1 --trajectory examples/robots/motion.csv"),

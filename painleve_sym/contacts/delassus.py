@@ -356,6 +356,12 @@ class NumericalMechanism(Mechanism):
 
     numbers: Delassus = field(kw_only=True)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether it is the same object: there are no formulas to compare."""
+        return self is other
+
+    __hash__ = object.__hash__
+
     def _deferred(
         self, make: Callable[[], Mechanism], outline: MechanismOutline, definition: str
     ) -> Mechanism:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -286,6 +287,8 @@ def test_contact_is_a_mechanism_for_classify_and_jump():
     assert jump.mechanism == "quadruped" and jump.contact == "LF_foot"
     assert "2.0" not in str(foot.mechanism.notices) and "ideal torque" in mechanism.notices[-1]
     assert mechanism.only("LF_foot").at().state["LF_HFE"] == 0.7
+    assert mechanism == mechanism and mechanism != foot.mechanism and hash(mechanism)
+    assert pickle.loads(pickle.dumps(mechanism)).at().values == mechanism.at().values
     with pytest.raises(InputError, match="numbers in space but no formulas"):
         _ = mechanism.system
     with pytest.raises(InputError, match="Fix: use robot, classify or jump"):
