@@ -29,8 +29,10 @@ def moving_tangent(W: Sequence[Sequence[float]]) -> Tangent | None:
     uneven = max(abs(n1 - m1), abs(n2 - m2), abs(m - m21))
     if min(nn, one, two) < 0 or uneven > SYMMETRY * (nn + total):
         return None
-    singular = INDEFINITE if spatial_mobility_faults(W) else INDEFINITE**2
-    if one * two - m * m > singular * total**2:
+    determinant, size = one * two - m * m, total**2
+    if determinant > INDEFINITE * size:
+        return None
+    if determinant > INDEFINITE**2 * size and not spatial_mobility_faults(W):
         return None
     along = (one, m) if one >= two else (m, two)
     length = math.hypot(*along)
