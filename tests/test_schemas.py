@@ -79,6 +79,7 @@ def test_files_of_every_kind_are_tested():
         (MECHANISM["loads"]["items"]["properties"], reader._LOAD),
         (MECHANISM["contacts"]["items"]["properties"], reader._CONTACT),
         (SCENARIO, scenario._READERS),
+        (SCENARIO["robot"]["properties"], (*scenario._OF_FILE, *scenario._OF_CONTACT)),
         (SWEEP, (set(scenario._READERS) - set(sweep.UNUSED_KEYS)) | set(sweep.OWN_KEYS)),
     ],
 )

@@ -205,6 +205,10 @@ keep = ["theta_dot"]
 [axes]
 theta = [0.9, 1.0]
 """
+ROBOT = (
+    "examples/robots/quadruped.urdf --contact LF_foot --pose standing --set mu=2 "
+    "--contact-velocity 0,1,0"
+)
 OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "models": ("models",),
     "laws": ("laws",),
@@ -216,12 +220,14 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
         "classify painleve-klein",
         "classify block-two-feet",
         "classify rod-3d --state theta=1,theta_dot=5,x_A_dot=-1",
+        f"classify {ROBOT}",
         "classify {folder}/stribeck.toml",
     ),
     "jump": (
         f"jump rod --state {TABLE_3} --law bilinear-hertz",
         "jump painleve-klein",
         "jump rod-3d --state theta=1,x_A_dot=-1,y_A_dot=0.1",
+        f"jump {ROBOT}",
     ),
     "simulate": (
         f"simulate rod --state {TABLE_3} --law bilinear-hertz --t-end 1e-3 --samples 3",
@@ -242,7 +248,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "contrast": (f"contrast rod --state {TABLE_3}",),
     "fit": ("fit examples/studies/fit/force.csv rod --state theta=1,theta_dot=1,x_A_dot=-1,"
             "y_A_dot=-0.02 --law bilinear-hertz --estimate mu",),
-    "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 0.8 "
+    "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 2 "
               "--poses 50",
               "robot examples/robots/desk_arm.xml --contact finger --mu 1 --poses 9 "
               "--torques yaw=1 --trajectory examples/robots/motion.csv"),

@@ -8,7 +8,8 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from painleve_sym.cli.options import read_assignments, read_quantities
-from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.cli.robot_options import read_robot_options
+from painleve_sym.codegen.named_mechanisms import is_robot_file, model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
@@ -18,29 +19,32 @@ from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario, misplaced
 
 _OPTIONS = (
     *("t_end", "until", "initial_force", "rtol", "max_steps", "max_events", "samples", "engine"),
-    *("restitution", "rule", "material", "contact", "close", "law"),
+    *("restitution", "rule", "material", "contact", "close", "contact_velocity", "law"),
 )
 """Options that give a field of the scenario."""
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
     """Return the scenario of the command line: the file, if one is named, under the options."""
-    base = _base(arguments.case, arguments.command)
     given: dict[str, Any] = {}
+    for name in _OPTIONS:
+        if (value := getattr(arguments, name, None)) is not None:
+            given[FIELDS.get(name, name)] = value
+    if of_robot := read_robot_options(arguments):
+        given["robot"] = of_robot
+    base = _base(arguments.case, arguments.command).updated(given)
+    given = {}
 
     def units() -> Mapping[str, str]:
-        return model(base.model).units
+        return base.mechanism().units
 
     if arguments.state is not None:
         given["state"] = read_quantities("--state", arguments.state, units)
     if arguments.set is not None:
         given["parameters"] = read_quantities("--set", arguments.set, units)
-    for name in _OPTIONS:
-        if (value := getattr(arguments, name, None)) is not None:
-            given[FIELDS.get(name, name)] = value
     if getattr(arguments, "law_set", None) is not None:
         own = _parameters_of(base.model)
-        given |= read_law_settings(given.get("law", base.law), arguments.law_set, own)
+        given |= read_law_settings(base.law, arguments.law_set, own)
     scenario = base.updated(given)
     _check_owners(scenario)
     return scenario.from_material()
@@ -63,13 +67,16 @@ def _describes_mechanism(path: str) -> bool:
 def _base(case: str, command: str) -> Scenario:
     if case.endswith(".toml") and _describes_mechanism(case):
         return Scenario(model=case, where=f"{command} {case}")
+    if is_robot_file(case):
+        return Scenario(model=case, where=f"{command} {case}")
     named = case.partition(":")[0] in NAMED
     if case.endswith(".toml") or "/" in case or (not named and os.path.isfile(case)):
         return Scenario.read(case)
     if not named:
         raise InputError(
             f"{command}: {unknown_name('model', case, NAMED)} "
-            "Fix: name one of these, or a mechanism or scenario file ending in .toml."
+            "Fix: name one of these, or a mechanism or scenario file ending in .toml, or for "
+            "classify and jump the file of a robot."
         )
     return Scenario(model=case, where=f"{command} {case}")
 

@@ -16,6 +16,7 @@ from painleve_sym.cli.options import (
     read_positive,
     read_range,
     read_slip,
+    read_velocity,
 )
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, DERIVE_FORMATS
 
@@ -99,6 +100,24 @@ CASE = (
     MATERIAL,
     CONTACT,
     CLOSE,
+)
+ROBOT = (
+    text("--point", "X,Y,Z", "place of the contact in its frame, m; of a round foot its centre"),
+    text("--normal", "X,Y,Z", "of the surface, in the world, by default 0,0,1"),
+    text("--radius", "R", "of a round foot, m", in_unit(read_number, "m")),
+    text("--pose", "NAME", "named pose: keyframe of MJCF, group state of SRDF"),
+    text("--srdf", "FILE", "file with poses; by default that of the same name beside FILE"),
+    text("--base", "KIND", "fixed or floating; by default as the file says"),
+    text("--armature", "VALUE", "rotor inertia at the joints, kg m^2; or NAME=VALUE,..."),
+    text("--locked", "NAME,...", "joints that hold their value, or all", read_names),
+    text("--others", "WHAT", "other contacts: free (default), or stuck"),
+)
+"""Options that say where the contact of a robot is; `robot_options` reads them."""
+CONTACT_VELOCITY = text(
+    "--contact-velocity",
+    "N,T",
+    "m/s along n and t, in space n, t1, t2: velocities of the state are changed for it",
+    read_velocity,
 )
 LAW = (
     text("--law", "NAME", "contact law (`painleve laws` lists them)"),
@@ -193,6 +212,17 @@ acceleration B is kept, and the result can be compared with a compliant motion.
 
 """
 
+ROBOT_CASE = """
+
+CASE may also be the file of a robot, URDF or MJCF. --contact is then the frame
+of the contact, with others after it; --point to --others say where it is. A
+state holds joint values and those of a floating base, others are those of
+--pose; parameters are mu and torque_NAME. In a scenario: [robot], with pose,
+point, normal, radius, locked, others, floating, armature, srdf.
+
+  painleve jump anymal.urdf --contact LF_FOOT --pose standing --set mu=0.8
+      --contact-velocity 0,1,0"""
+
 STOPS = """
 
 exit codes: 0 for a run that ended at t_end, at --until or where the mechanism
@@ -268,8 +298,10 @@ command(
     "classify",
     "solve the rigid contact at a state: every solution, or none",
     *CASE,
+    CONTACT_VELOCITY,
+    *ROBOT,
     JSON,
-    details=SCENARIO,
+    details=SCENARIO + ROBOT_CASE,
 )
 
 command(
@@ -277,6 +309,8 @@ command(
     "run",
     "compute the velocity jump of an impact at a state",
     *CASE,
+    CONTACT_VELOCITY,
+    *ROBOT,
     RESTITUTION,
     text("--rule", "RULE", "energetic (default), poisson or newton"),
     *LAW,
@@ -293,7 +327,7 @@ command(
         default="frozen",
     ),
     JSON,
-    details=JUMP + SCENARIO,
+    details=JUMP + SCENARIO + ROBOT_CASE,
 )
 
 command(
@@ -550,12 +584,8 @@ command(
         "frame with the contact in question, and frames with other contacts",
         required=True,
     ),
-    text("--point", "X,Y,Z", "place of the contact in its frame, m; of a round foot its centre"),
-    text("--normal", "X,Y,Z", "of the surface, in the world, by default 0,0,1"),
-    text("--radius", "R", "of a round foot, m", in_unit(read_number, "m")),
     several("--joints", "NAME=VALUE,...", "joint values, rad or m, others those of the pose"),
-    text("--pose", "NAME", "named pose: keyframe of MJCF, group state of SRDF"),
-    text("--srdf", "FILE", "file with poses; by default that of the same name beside FILE"),
+    *ROBOT,
     text("--mu", "MU", "friction coefficient", read_number),
     several(
         "--velocities",
@@ -564,10 +594,6 @@ command(
     ),
     several("--torques", "NAME=VALUE,...", "of joints, N m or N, others 0"),
     text("--trajectory", "FILE", "CSV of a motion: t, joints, NAME_dot, torque_NAME"),
-    text("--base", "KIND", "fixed or floating; by default as the file says"),
-    text("--armature", "VALUE", "rotor inertia at the joints, kg m^2; or NAME=VALUE,..."),
-    text("--locked", "NAME,...", "joints that hold their value, or all", read_names),
-    text("--others", "WHAT", "other contacts: free (default), or stuck"),
     text("--poses", "N", "random poses, by default 2000", read_count),
     text("--report", "FILE", "write a page about it, .html"),
     text("--export", "DIR", "write the function joint values to W, mu_P and sector as C"),

@@ -142,6 +142,17 @@ def read_slip(where: str, text: str) -> int | float:
         ) from None
 
 
+def read_velocity(where: str, text: str) -> tuple[float, ...]:
+    """Return the numbers along n and t, in space n, t1, t2, in m/s."""
+    values = tuple(read_number(where, entry.strip(), "m/s") for entry in text.split(","))
+    if len(values) not in (2, 3):
+        raise InputError(
+            f"{where}: got {text!r}, need numbers along n and t, in space along n, t1, t2, such as "
+            "0,1,0."
+        )
+    return values
+
+
 def read_range(
     where: str, text: str, unit: str = "", example: str = "1e14:1e18"
 ) -> tuple[float, float]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -15,19 +14,18 @@ from painleve_sym.cli.options import (
     output_file,
     output_folder,
     read_look,
-    read_number,
     read_quantities,
 )
 from painleve_sym.cli.output import draw, number, print_json, show, show_notices, show_table
+from painleve_sym.cli.robot_options import file_options, place_options
 from painleve_sym.contacts.one_contact_answer import ContactAnswer
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError
 from painleve_sym.robots.report import RiskReport, risk_report
-from painleve_sym.robots.robot import Robot, RobotContact
+from painleve_sym.robots.robot import RobotContact
 from painleve_sym.robots.robot import robot as read
 from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
 
 SHOWN_GRADIENT = 8
-_BASES = {"fixed": False, "floating": True}
 
 
 def robot(arguments: argparse.Namespace) -> int:
@@ -36,8 +34,12 @@ def robot(arguments: argparse.Namespace) -> int:
     picture = figure_file("--out", arguments.out, look, FIGURES) if arguments.out else None
     page = output_file("--report", arguments.report, (".html",)) if arguments.report else None
     code = output_folder("--export", arguments.export) if arguments.export else None
-    one = _read(arguments)
-    contact = one.contact(arguments.contact, **_place(arguments, one))
+    one = read(arguments.file, **file_options(arguments))
+    place = place_options(arguments)
+    if arguments.joints:
+        units = {name: joint.unit for name, joint in one.joints.items()}
+        place["joints"] = read_quantities("--joints", arguments.joints, lambda: units)
+    contact = one.contact(arguments.contact, **place)
     motion = None
     if arguments.trajectory is not None:
         motion = risk_along(contact, read_motion(arguments.trajectory, contact), arguments.mu)
@@ -92,7 +94,7 @@ def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnsw
         read_quantities(option, texts, partial(dict, known)) if texts else {}
         for option, texts, known in pairs
     ]
-    return contact.answer(arguments.mu, *given)
+    return contact.classify(arguments.mu, *given).answer
 
 
 def _show_answer(answer: ContactAnswer) -> None:
@@ -122,43 +124,6 @@ def _show_motion(motion: RiskTrajectory) -> None:
         show(f"cases: {', '.join(shares)} of the time")
 
 
-def _read(arguments: argparse.Namespace) -> Robot:
-    floating = None
-    if arguments.base is not None:
-        if arguments.base not in _BASES:
-            raise InputError(f"--base: {unknown_name('base', arguments.base, _BASES)}")
-        floating = _BASES[arguments.base]
-    armature: Any = None
-    if arguments.armature is not None:
-        text = arguments.armature
-        by_name = read_quantities("--armature", [text], dict) if "=" in text else {}
-        armature = by_name or read_number("--armature", text)
-    return read(arguments.file, floating=floating, armature=armature, srdf=arguments.srdf)
-
-
-def _place(arguments: argparse.Namespace, one: Robot) -> dict[str, Any]:
-    place: dict[str, Any] = {"pose": arguments.pose, "others": arguments.others or "free"}
-    if arguments.joints:
-        units = {name: joint.unit for name, joint in one.joints.items()}
-        place["joints"] = read_quantities("--joints", arguments.joints, lambda: units)
-    for key in ("point", "normal"):
-        text = getattr(arguments, key)
-        if text is not None:
-            place[key] = _three(f"--{key}", text)
-    if arguments.radius is not None:
-        place["radius"] = arguments.radius
-    if arguments.locked is not None:
-        place["locked"] = arguments.locked
-    return place
-
-
-def _three(where: str, text: str) -> list[float]:
-    values = [read_number(where, entry) for entry in text.split(",")]
-    if len(values) != 3:
-        raise InputError(f"{where}: got {text!r}, need three numbers x,y,z.")
-    return values
-
-
 def _show(report: RiskReport) -> None:
     risk = report.risk
     show(report.title)
@@ -178,6 +143,13 @@ def _show(report: RiskReport) -> None:
             f"mu = {number(risk.mu)}: "
             + (inside if risk.half_angle else "below mu_P, no slip is inside the paradox")
         )
+    if risk.impact is not None:
+        rebound, _, _ = risk.impact.velocity
+        show(
+            f"slip at 1 m/s there is an impact: P_n = {number(risk.impact.normal_impulse, 4)} N s, "
+            f"rebound at {number(rebound, 4)} m/s"
+        )
+        show(f"({risk.impact.restitution}, e = 0.75; the command jump has its phases)")
     show(f"least mu_P of all surface normals: {number(risk.least_over_normals, 9)}")
     show()
     largest = sorted(risk.gradient.items(), key=lambda pair: -abs(pair[1]))[:SHOWN_GRADIENT]

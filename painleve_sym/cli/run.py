@@ -38,11 +38,18 @@ if TYPE_CHECKING:
 EXIT_DOUBTFUL = 3
 ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
 SHOWN_EVENTS = 40
+MANY = 12
+"""Parameters, of which those that are 0 are left out where there are more."""
+WIDE = 8
+"""Velocities, which are rows where there are more."""
 _WRITTEN = {"save": "saved", "plot": "plotted", "report": "report"}
 
 
 def show_case(
-    mechanism: Mechanism, scenario: Scenario, parameters: Mapping[str, float] | None = None
+    mechanism: Mechanism,
+    scenario: Scenario,
+    parameters: Mapping[str, float] | None = None,
+    leave_out: Collection[str] = (),
 ) -> None:
     """Print the subject of the command: the mechanism, its parameters and the state."""
     if scenario.title:
@@ -51,15 +58,20 @@ def show_case(
         show(f"material {scenario.material}")
     units = {p.name: p.unit for p in mechanism.outline.parameters}
     values = {p.name: p.default for p in mechanism.outline.parameters} | dict(scenario.parameters)
-    show(f"{mechanism.name} with {assignments(parameters or values, units)}")
-    show_start(mechanism, scenario)
+    values = dict(parameters or values)
+    others = ""
+    if len(values) > MANY:
+        values, others = {n: v for n, v in values.items() if v}, " (others 0)"
+    show(f"{mechanism.name} with {assignments(values, units)}{others}")
+    show_start(mechanism, scenario, leave_out)
 
 
 def show_start(mechanism: Mechanism, scenario: Scenario, leave_out: Collection[str] = ()) -> None:
     """Print the state, and whether it is the mechanism's own start."""
     start = {k: v for k, v in scenario.start().items() if v != 0 and k not in leave_out}
     others = "all 0" if not start else "others 0"
-    own = ", the mechanism's own start" if scenario.state is None else ""
+    given = scenario.state is not None or scenario.contact_velocity is not None
+    own = "" if given else ", the mechanism's own start"
     text = f"at {assignments(start, mechanism.state_units)} ({others}){own}"
     show(text.replace("at  (", "at ("))
 
@@ -84,7 +96,7 @@ def jump(arguments: argparse.Namespace) -> int:
             "jump: --initial-force and --configuration need a compliant contact. "
             "Fix: name its law, such as --law bilinear-hertz."
         )
-    truncated = scenario.mechanism().outline.truncation_notices
+    truncated = scenario.mechanism().notices
     if arguments.json:
         data = jump_data(impact)
         if corrected is not None:
@@ -93,7 +105,10 @@ def jump(arguments: argparse.Namespace) -> int:
         data["notices"] += truncated
         print_json(data)
         return 0
-    show_case(scenario.mechanism(), scenario)
+    # Many velocities stand in the table alone.
+    before = impact.velocity_before
+    hidden = before if len(before) > WIDE else ()
+    show_case(scenario.mechanism(), scenario, leave_out=hidden)
     _show_jump(impact, scenario)
     if corrected is not None:
         show_corrected(corrected, impact, scenario.mechanism().state_units)
@@ -118,6 +133,7 @@ def jump_data(impact: JumpResult) -> dict[str, Any]:
         "case": impact.case.value,
         "end": impact.end.value,
         "phases": to_plain(impact.phases),
+        "initial": {"velocity": dict(impact.velocity_before)},
         "final": {"velocity": dict(impact.velocity)},
         "energy_change": impact.energy_change,
         "kinetic_energy": impact.kinetic_energy,
@@ -145,12 +161,14 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     show()
     show("velocities at the end of each phase")
     units = scenario.mechanism().state_units
-    names, start = list(impact.velocity), scenario.start()
-    courses = {"before": {n: start.get(n, 0.0) for n in names}}
-    courses |= {p.name: dict(p.velocity) for p in impact.phases}
-    sizes = {n: max(abs(v[n]) for v in courses.values()) for n in names}
-    rows = [(name, *(number(v[n], size=sizes[n]) for n in names)) for name, v in courses.items()]
-    show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)
+    courses = [("before", impact.velocity_before), *((p.name, p.velocity) for p in impact.phases)]
+    names = list(impact.velocity)
+    sizes = {n: max(abs(v[n]) for _, v in courses) for n in names}
+    table = [("", *(f"{n} [{units[n]}]" for n in names))]
+    table += [(name, *(number(v[n], size=sizes[n]) for n in names)) for name, v in courses]
+    if len(names) > WIDE:
+        table = list(zip(*table, strict=True))
+    show_table(table[0], table[1:])
     show()
     show(f"course {impact.case.value}, ends in {impact.end.value}")
     if impact.end.value == "jam":

@@ -21,6 +21,9 @@ from painleve_sym.units import Value
 
 _TEXTS = ("name", "title", "source", "sketch", "start", "definition", "locked")
 
+ROBOT_FILES = (".urdf", ".xml", ".mjcf")
+"""Suffixes of files of robots, whose contacts are mechanisms."""
+
 MechanismLike = Mechanism | str | Path
 """A mechanism, its name, or the path of a mechanism file."""
 
@@ -49,6 +52,11 @@ def model(name: str | Path, **parameters: Value) -> Mechanism:
     if not isinstance(name, str | Path):
         raise InputError(f"mechanism: got {received(name)}, need a name or the path of a file.")
     name = str(name)
+    if is_robot_file(name):
+        raise InputError(
+            f"mechanism: got {name}, the file of a robot, which has no formulas. "
+            "Fix: use robot, classify or jump with --contact, in Python robot(path).contact(frame)."
+        )
     if name.endswith(".toml"):
         from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 
@@ -56,6 +64,11 @@ def model(name: str | Path, **parameters: Value) -> Mechanism:
     else:
         mechanism = _named(name)
     return mechanism.with_parameters(**parameters) if parameters else mechanism
+
+
+def is_robot_file(name: str) -> bool:
+    """Whether this names the file of a robot, URDF or MJCF."""
+    return name.endswith(ROBOT_FILES)
 
 
 def as_mechanism(given: MechanismLike) -> Mechanism:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, overload
@@ -252,6 +252,7 @@ def classify(  # type: ignore[overload-overlap]
     *,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
+    contact_velocity: Sequence[float] | None = None,
 ) -> SpatialClassification: ...
 @overload
 def classify(
@@ -260,6 +261,7 @@ def classify(
     *,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
+    contact_velocity: Sequence[float] | None = None,
 ) -> Classification: ...
 def classify(
     mechanism: MechanismLike,
@@ -267,6 +269,7 @@ def classify(
     *,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
+    contact_velocity: Sequence[float] | None = None,
 ) -> Any:
     """Return the rigid contact problem of the closed contacts at a state, with every solution.
 
@@ -284,6 +287,10 @@ def classify(
     close : str, optional
         A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
         several contacts; see `contacts.closing.closed_state`.
+    contact_velocity : sequence of float, optional
+        Of the only contact, along n and t, in space n, t1, t2, m/s: the velocities of the state are
+        changed for it, with the least kinetic energy of the change; see
+        `contacts.inputs.moving_place`.
 
     Raises
     ------
@@ -301,7 +308,7 @@ def classify(
     >>> ps.classify("rod", {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}).case
     <ContactCase.INCONSISTENT: 'inconsistent'>
     """
-    return classify_at(place_of(mechanism, state, parameters, close))
+    return classify_at(place_of(mechanism, state, parameters, close, contact_velocity))
 
 
 def classify_at(place: Place) -> Classification | SpatialClassification:

@@ -6,8 +6,8 @@ Everything that needs them asks `Delassus`, which asks a `Dynamics` for one func
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -17,6 +17,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.closed_within import closed_within, length_formula
+from painleve_sym.mechanics.declarations import with_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.outline import MechanismOutline
 
@@ -232,10 +233,12 @@ class Delassus:
     dynamics: Dynamics
     compiles: bool = True
 
-    @classmethod
-    def of(cls, mechanism: Mechanism) -> Delassus:
-        """Return that of a mechanism by its closed forms."""
-        return cls(LagrangianDynamics(mechanism))
+    @staticmethod
+    def of(mechanism: Mechanism) -> Delassus:
+        """Return that of a mechanism: its own where it has no formulas, else by closed forms."""
+        if isinstance(mechanism, NumericalMechanism):
+            return mechanism.numbers
+        return Delassus(LagrangianDynamics(mechanism))
 
     def at(self, values: Mapping[str, float]) -> ContactNumbers:
         """Return the numbers of the contacts at one state."""
@@ -349,6 +352,31 @@ class Delassus:
     @property
     def _motion_names(self) -> list[str]:
         return _entry_names(MotionNumbers._fields, self._motion_shapes)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class NumericalMechanism(Mechanism):
+    """A mechanism without formulas: names, and the numbers of its contacts.
+
+    Made by `deferred`, whose `make` says that there are no formulas.
+
+    Attributes
+    ----------
+    numbers : Delassus
+    """
+
+    numbers: Delassus = field(kw_only=True)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it is the same object: there are no formulas to compare."""
+        return self is other
+
+    __hash__ = object.__hash__
+
+    def _deferred(
+        self, make: Callable[[], Mechanism], outline: MechanismOutline, definition: str
+    ) -> Mechanism:
+        return with_fields(self, outline=outline, definition=definition)
 
 
 def _entry_names(names: Sequence[str], shapes: Sequence[tuple[int, ...]]) -> list[str]:

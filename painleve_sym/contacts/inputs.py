@@ -9,12 +9,20 @@ from typing import Any
 
 import numpy as np
 
+from painleve_sym.checks import LARGEST
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
-from painleve_sym.contacts.delassus import ContactNumbers, domain_margins
+from painleve_sym.contacts.delassus import ContactNumbers, Delassus, domain_margins
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.units import Value
+
+_SINGULAR = 1e-12
+"""Part of the largest singular value of W below which another one is 0."""
+ROUND_OFF = 1e-14
+"""Part of its terms below which a velocity that is a sum of rounded products counts as zero."""
+_REACHED = 1e-9
+"""Part of a velocity within which it is reached."""
 
 
 def place_of(
@@ -22,12 +30,13 @@ def place_of(
     state: Mapping[str, Value] | None = None,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
+    contact_velocity: Sequence[float] | None = None,
     **checks: Any,
 ) -> Place:
-    """Return a checked place; where `close` names a coordinate, it is solved for.
+    """Return a checked place; `close` and `contact_velocity` are solved for where they are given.
 
-    Parameters are those of `Mechanism.at` and `closed_state`. The domain is not looked at (see
-    `inside`).
+    Parameters are those of `Mechanism.at`, `closed_state` and `moving_place`. The domain is not
+    looked at (see `inside`).
 
     Raises
     ------
@@ -35,7 +44,8 @@ def place_of(
         Unknown names, numbers out of range, nothing that closes the contact.
     """
     place = as_mechanism(mechanism).at(state, parameters, **checks)
-    return place if close is None else closed_place(place, close)
+    place = place if close is None else closed_place(place, close)
+    return place if contact_velocity is None else moving_place(place, contact_velocity)
 
 
 def closed_place(place: Place, close: str) -> Place:
@@ -43,6 +53,57 @@ def closed_place(place: Place, close: str) -> Place:
     state = closed_state(place.mechanism, place.state, place.parameters, close)
     solved = tuple(n for n, v in state.items() if v != place.state[n])
     return replace(place, state=state, given=(*place.given, *solved))
+
+
+def moving_place(place: Place, velocity: Sequence[float]) -> Place:
+    """Return the place with velocities that give its only contact a velocity.
+
+    The change Δu of the velocities is that of an impulse at the contact, which has the least
+    kinetic energy ½ Δu·M Δu of all.
+
+    Parameters
+    ----------
+    place : Place
+    velocity : sequence of float, shape (2,) or in space (3,)
+        Along n and t, in space along n, t1, t2; m/s.
+
+    Raises
+    ------
+    InputError
+        Not as many finite numbers; a velocity that the contact cannot have here.
+    """
+    mechanism = place.mechanism
+    mechanism.require_one_contact()
+    where, rows = f"contact velocity of {mechanism.name!r}", ("n", "t1", "t2")
+    size = 2 + mechanism.outline.in_space
+    try:
+        wanted = np.array([float(v) for v in velocity])
+    except (TypeError, ValueError):
+        wanted = np.empty(0)
+    if wanted.shape != (size,) or not (np.abs(wanted) <= LARGEST).all():
+        named = ", ".join(rows) if size == 3 else "n, t"
+        raise InputError(
+            f"{where}: got {velocity!r}, need {size} finite numbers along {named}, in m/s."
+        )
+    names, state = mechanism.outline.velocity_names, dict(place.state)
+    of = Delassus.of(mechanism)
+    for _ in range(3):  # the first change finds it, others take its rounding away
+        numbers, moves = of.whole_at({**state, **place.parameters})
+        W = (numbers.W + numbers.W.T) / 2
+        impulse = np.linalg.lstsq(W, wanted - numbers.v, rcond=_SINGULAR)[0]
+        old = np.array([state[n] for n in names])
+        new, sizes = old + moves.D @ impulse, np.abs(old) + np.abs(moves.D) @ np.abs(impulse)
+        new = np.where(np.abs(new) > ROUND_OFF * sizes, new, 0.0)
+        state |= dict(zip(names, new.tolist(), strict=True))
+    reached = of.at({**state, **place.parameters}).v
+    scale = max(float(np.abs(wanted).max()), float(np.abs(reached).max()))
+    nearest = [float(f"{v:.6g}") if abs(v) > _REACHED * scale else 0.0 for v in reached]
+    if not (np.abs(reached - wanted) <= _REACHED * scale).all():
+        raise InputError(
+            f"{where}: got {wanted.tolist()} m/s, which the contact cannot have here: the nearest "
+            f"is {nearest} m/s. Fix: give one in which it can move."
+        )
+    return replace(place, state=state, given=tuple(dict.fromkeys((*place.given, *names))))
 
 
 def inside(place: Place) -> Place:

@@ -74,24 +74,44 @@ def least_over_normals(W: Array) -> Array:
         return np.asarray(2 * np.sqrt(low) * np.sqrt(high) / (high - low))
 
 
-def held(W: Array, b: Array) -> tuple[Array, Array]:
-    """Return mobility and free accelerations of the first contact where the others stick.
+def held(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
+    """Return mobility and free accelerations of the first rows where the others are held.
 
     The accelerations of the others are held at 0: Schur complements. Directions in which they
     cannot move hold nothing.
 
     Parameters
     ----------
-    W : ndarray, shape (3 n, 3 n, ...)
-    b : ndarray, shape (3 n, ...)
+    W : ndarray, shape (m, m, ...)
+        Such as that of several contacts, which have 3 rows each in space.
+    b : ndarray, shape (m, ...)
+    rows : int
+        How many are in question: 3 for the first contact, 1 for its normal alone.
 
     Returns
     -------
-    tuple of ndarray, shapes (3, 3, ...) and (3, ...)
+    tuple of ndarray, shapes (rows, rows, ...) and (rows, ...)
+    """
+    gain, force = holding(W, b, rows)
+    cross = W[:rows, rows:]
+    own = W[:rows, :rows] - np.einsum("ir...,rk...->ik...", cross, gain)
+    return own, b[:rows] - np.einsum("ir...,r...->i...", cross, force)
+
+
+def holding(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
+    """Return the forces that hold all but the first rows, with the opposite sign.
+
+    Parameters
+    ----------
+    W, b, rows
+        See `held`.
+
+    Returns
+    -------
+    tuple of ndarray, shapes (m - rows, rows, ...) and (m - rows, ...)
+        Per force of the first rows, and against the free accelerations; N.
     """
     whole, free = np.moveaxis(W, (0, 1), (-2, -1)), np.moveaxis(b, 0, -1)[..., None]
-    cross, inner = whole[..., :3, 3:], whole[..., 3:, 3:]
-    gain = cross @ np.linalg.pinv(inner, rcond=1e-10, hermitian=True)
-    own = whole[..., :3, :3] - gain @ np.swapaxes(cross, -1, -2)
-    rest = (free[..., :3, :] - gain @ free[..., 3:, :])[..., 0]
-    return np.moveaxis(own, (-2, -1), (0, 1)), np.moveaxis(rest, -1, 0)
+    inverse = np.linalg.pinv(whole[..., rows:, rows:], rcond=1e-10, hermitian=True)
+    gain, force = inverse @ whole[..., rows:, :rows], (inverse @ free[..., rows:, :])[..., 0]
+    return np.moveaxis(gain, (-2, -1), (0, 1)), np.moveaxis(force, -1, 0)

@@ -302,6 +302,11 @@ class Mechanism(Shown, Deferred):
         return Place(self, outline.state(f"state of {self.name!r}", state), values, tuple(state))
 
     @property
+    def notices(self) -> tuple[str, ...]:
+        """Sentences on what its rigid contact problem leaves out, such as modes of its bodies."""
+        return self.outline.truncation_notices
+
+    @property
     def parameters(self) -> dict[str, float]:
         """Default of every parameter by name, in its unit."""
         return {p.name: p.default for p in self.outline.parameters}

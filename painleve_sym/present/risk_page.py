@@ -37,6 +37,10 @@ def risk_page(report: RiskReport) -> Page:
         ),
         ("least μ_P of all surface normals", risk.least_over_normals),
     ]
+    if risk.impact is not None:
+        rebound, _, _ = risk.impact.velocity
+        rows.append(("P_n that stops slip at 1 m/s there, N s", risk.impact.normal_impulse))
+        rows.append(("v_n after it, energetic with e = 0.75, m/s", rebound))
     if report.least is not None:
         rows.append(("least μ_P that a search over joint limits reached", report.least.mu_P))
     if report.share_at_risk is not None:

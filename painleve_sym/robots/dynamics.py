@@ -94,6 +94,10 @@ class RobotDynamics:
         """Rows of the contacts in W and b."""
         return ContactRows(len(self.contacts), self.n_tangents)
 
+    def __getstate__(self) -> dict[str, object]:
+        """Pickle without the formulas of CasADi, which another process makes again."""
+        return {name: value for name, value in vars(self).items() if name != "_formulas"}
+
     @cached_property
     def outline(self) -> MechanismOutline:
         """Names of states, parameters and contacts."""

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.robots.robot import CAVEATS, POSES, ContactRisk, LeastRisk, RobotContact
+from painleve_sym.robots.contact_mechanism import CAVEATS
+from painleve_sym.robots.robot import POSES, ContactRisk, LeastRisk, RobotContact
 from painleve_sym.robots.tree import RobotTree
 
 

@@ -12,11 +12,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import by_name, checked_number, names_of, number, whole_number
+from painleve_sym.checks import (
+    by_name,
+    checked_number,
+    names_of,
+    number,
+    spatial_mobility_faults,
+    whole_number,
+)
+from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.classify import classify_at
+from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.contacts.one_contact_answer import ContactAnswer
-from painleve_sym.contacts.one_contact_answer import contact as contact_answer
+from painleve_sym.contacts.impact.jump import JumpResult, jump_at
+from painleve_sym.contacts.impact.one_contact import Impact, solve_impact
+from painleve_sym.contacts.impact.within_plane import moving_tangent
+from painleve_sym.contacts.inputs import moving_place
 from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
@@ -25,33 +37,33 @@ from painleve_sym.contacts.risk import (
     slip_direction,
 )
 from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.files import finite
+from painleve_sym.files import finite, plain_fields
+from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.mechanics.declarations import Parameter, ParameterSet
+from painleve_sym.mechanics.mechanism import Place
+from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_file import read_robot
 from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion
 from painleve_sym.robots.urdf import srdf_poses
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     import casadi as ca
 
-CAVEATS = (
-    "The torques of joints are taken as given, whatever the contact does: ideal torque control.",
-    "Links, joints and ground are taken as rigid.",
-    "The contact is one point; a round foot moves it as it rolls.",
-)
-"""Assumptions that every result of a robot depends on."""
 OTHERS = ("free", "stuck")
 """What the other contacts do: they carry no force that changes, or do not accelerate."""
 POSES = 2000
 """Random poses by default."""
 _STARTS, _SHORT, _LONG = 12, 30, 300
 """Searches for the least, their iterations, and those of the best ones, which continue."""
-_AT_REST = 1e-9
-"""Normal velocity of a contact that neither opens nor closes, m/s, for a slip of 1 m/s."""
 _SINGULAR_MASS = 1e-12
 """Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
 _SINGULAR = 1e-9
 """Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
+
+
+_IMPACT = ("restitution", "velocity", "normal_impulse", "tangential_impulse", "energy_change")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +88,10 @@ class ContactRisk:
         The least `mu_P` of all surface normals.
     gradient : dict of str to float
         Derivatives of `mu_P` by joint values, 1/rad or 1/m.
+    impact : Impact or None
+        The impact without collision of slip at 1 m/s along the worst direction, by the energetic
+        law with e = 0.75; its impulses grow with the velocity. None up to `mu_P`, without `mu`,
+        and where W is singular.
     """
 
     W: Array
@@ -86,6 +102,7 @@ class ContactRisk:
     worst_direction: Array
     least_over_normals: float
     gradient: dict[str, float]
+    impact: Impact | None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; infinite numbers are None."""
@@ -96,6 +113,7 @@ class ContactRisk:
             "worst_direction": self.worst_direction.tolist(),
             "least_over_normals": finite(self.least_over_normals),
             "gradient": {n: finite(g) for n, g in self.gradient.items()},
+            "impact": None if self.impact is None else plain_fields(self.impact, *_IMPACT),
         }
 
 
@@ -166,48 +184,124 @@ class RobotContact:
             return numbers.W[:3, :3], numbers.b[:3]
         return held(numbers.W, numbers.b)
 
-    def answer(
+    @cached_property
+    def mechanism(self) -> RobotMechanism:
+        """The contact as a mechanism, which `classify`, `evaluate_jump` and others take.
+
+        Its states that are not given are those of the pose, its velocities 0.
+        """
+        self._check_mass()
+        return contact_mechanism(self.dynamics, self.values, self.stuck)
+
+    def classify(
         self,
         mu: float,
-        velocities: Mapping[str, float] | None = None,
-        torques: Mapping[str, float] | None = None,
-    ) -> ContactAnswer:
-        """Return every solution of the contact at the pose, while it neither opens nor closes.
+        velocities: Mapping[str, Value] | None = None,
+        torques: Mapping[str, Value] | None = None,
+        *,
+        contact_velocity: Sequence[float] | None = None,
+    ) -> SpatialClassification:
+        """Return the rigid contact problem of the contact at the pose, with every solution.
 
         Parameters
         ----------
         mu : float
             Friction coefficient, >= 0.
-        velocities : mapping of str to float, optional
+        velocities : mapping of str to (float or str), optional
             Of joints and of coordinates of the base (`base_x`, ...), in rad/s or m/s; 0 by default.
-        torques : mapping of str to float, optional
+        torques : mapping of str to (float or str), optional
             Of joints, N m or N; 0 by default.
+        contact_velocity : sequence of 3 float, optional
+            Of the contact along n, t1, t2, m/s: `velocities` are changed so that it has this one,
+            with the least kinetic energy of the change.
 
         Raises
         ------
         InputError
-            Unknown names; a contact that approaches or leaves.
+            Unknown names; a contact that approaches or leaves, or that cannot move so.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> foot = ps.robot("examples/robots/quadruped.urdf").contact("LF_foot", pose="standing")
+        >>> foot.classify(2.0, contact_velocity=(0.0, 1.0, 0.0)).case
+        <ContactCase.INCONSISTENT: 'inconsistent'>
         """
-        where, outline = "robot", self.dynamics.outline
-        values = {**self.values, "mu": mu}
+        place = self._place(mu, velocities, torques, contact_velocity)
+        answer = classify_at(place)
+        assert isinstance(answer, SpatialClassification)
+        return answer
+
+    def jump(
+        self,
+        restitution: RestitutionLike,
+        mu: float,
+        e: float | None = None,
+        velocities: Mapping[str, Value] | None = None,
+        *,
+        contact_velocity: Sequence[float] | None = None,
+    ) -> JumpResult:
+        """Return the impact of the contact at the pose: phases, impulses, velocities after it.
+
+        The configuration is frozen. Where the contact slides with A < 0 and does not approach, it
+        is the impact without collision.
+
+        Parameters
+        ----------
+        restitution : Restitution or its text
+            ``energetic``, ``poisson`` or ``newton``.
+        mu : float
+            Friction coefficient, >= 0.
+        e : float, optional
+            Coefficient of restitution, by default 0.75.
+        velocities, contact_velocity
+            As for `classify`.
+
+        Raises
+        ------
+        InputError
+            Unknown names; a contact that leaves, that has no impact, or that cannot move so.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> foot = ps.robot("examples/robots/quadruped.urdf").contact("LF_foot", pose="standing")
+        >>> jump = foot.jump("energetic", 2.0, 0.5, contact_velocity=(0.0, 1.0, 0.0))
+        >>> [phase.name for phase in jump.phases]
+        ['tangential', 'sticking compression', 'sticking restitution']
+        """
+        law = restitution_law(chosen(Restitution, restitution, "restitution law", "jump"))
+        given = {} if e is None else {law.parameter.name: e}
+        place = self._place(mu, velocities, None, contact_velocity, law.parameter, given)
+        return jump_at(place, law)
+
+    def _place(
+        self,
+        mu: float,
+        velocities: Mapping[str, Value] | None,
+        torques: Mapping[str, Value] | None,
+        contact_velocity: Sequence[float] | None,
+        of_law: Parameter | None = None,
+        given: Mapping[str, float] | None = None,
+    ) -> Place:
+        """Return the pose with velocities, friction and torques, checked."""
+        mechanism, where = self.mechanism, f"robot {self.dynamics.tree.name}"
+        outline = mechanism.outline
         kinds = (
             ("velocity", velocities, "{}_dot", [c.name for c in outline.coordinates]),
             ("torque", torques, "torque_{}", list(self.joints)),
         )
-        for noun, given, form, names in kinds:
-            for name, value in by_name(given, f"{where}: {noun}", "{'knee': 0.5}").items():
+        values = list[dict[str, Value]]()
+        for noun, known, form, names in kinds:
+            values.append({})
+            for name, value in by_name(known, f"{where}: {noun}", "{'knee': 0.5}").items():
                 if name not in names:
                     raise InputError(f"{where}: {unknown_name(noun, name, names)}")
-                values[form.format(name)] = number(value, f"{noun} {name}", where=where)
-        numbers = self._delassus.at(values)
-        W, b = self.in_question(numbers)
-        slip, rate = numbers.slip_velocity[0], float(numbers.gap_rate[0])
-        if abs(rate) > _AT_REST * max(1.0, float(np.linalg.norm(slip))):
-            raise InputError(
-                f"{where}: the normal velocity of the contact is {rate:g} m/s, need 0. "
-                "Fix: choose velocities that keep it closed, such as those of the base."
-            )
-        return contact_answer(W, b, mu, slip)
+                values[-1][form.format(name)] = value
+        parameters = {"mu": mu, **values[1], **(given or {})}
+        declared = ParameterSet(*outline.parameters, *([of_law] if of_law else []))
+        place = mechanism.at(values[0], parameters, declared=declared, where=where)
+        return place if contact_velocity is None else moving_place(place, contact_velocity)
 
     def mobility(self, joints: Mapping[str, Array] | None = None) -> Array:
         """Return W at the pose, or at arrays of joint values that differ from it.
@@ -293,6 +387,7 @@ class RobotContact:
             worst_direction=math.cos(direction) * t1 + math.sin(direction) * t2,
             least_over_normals=float(least_over_normals(W)),
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
+            impact=_worst_impact(W, mu, direction) if mu is not None and mu > mu_P else None,
         )
 
     def _check_mass(self) -> None:
@@ -390,6 +485,14 @@ class RobotContact:
         pose = {n: float(v) for n, v in zip(names, best_q, strict=True)}
         whole = {name: pose.get(name, float(self.values[name])) for name in self.joints}
         return LeastRisk(math.exp(best / 2), whole)
+
+
+def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:
+    """Return the impact without collision of slip at 1 m/s; None where W is singular."""
+    rows = W.tolist()
+    if spatial_mobility_faults(rows) and moving_tangent(rows) is None:
+        return None
+    return solve_impact(rows, mu, (0.0, math.cos(direction), math.sin(direction)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
-from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.codegen.named_mechanisms import is_robot_file, model
 from painleve_sym.contacts.classify import Classification, classify_at
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.closing import closing_hint
@@ -54,10 +54,14 @@ class Scenario:
 
     Attributes are those of `simulate`, by the names that a file has; None stands for its defaults,
     and for no state, law or material. `model` names the mechanism, `contact` the only one of
-    several contacts to consider. A state that is not given is the mechanism's start. `law_choices`
-    are named choices of the law, such as ``reload``. `samples` is the number of evenly spaced times
-    to report, at least 2. `e` and `restitution` are those of the jump. `where` is what error
-    messages call this scenario, such as the name of its file.
+    several contacts to consider. Where `model` is the file of a robot, `contact` is the frame of
+    the contact in question, with those of others after it, and `robot` holds the arguments of
+    `robot` and `Robot.contact` that say where it is. A state that is not given is the mechanism's
+    start. `contact_velocity` is that of the only contact, for which the velocities of the state are
+    changed (see `moving_place`). `law_choices` are named choices of the law, such as ``reload``.
+    `samples` is the number of evenly spaced times to report, at least 2. `e` and `restitution` are
+    those of the jump. `where` is what error messages call this scenario, such as the name of its
+    file.
     """
 
     model: str
@@ -79,6 +83,8 @@ class Scenario:
     material: str | None = None
     contact: str | None = None
     close: str | None = None
+    contact_velocity: tuple[float, ...] | None = None
+    robot: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""
     where: str = "scenario"
 
@@ -132,13 +138,13 @@ class Scenario:
             faults.fault((), 'no model. Fix: add a line such as model = "rod".')
         whole = None
         if "model" in values:
-            with faults.at("model"):
-                whole = (mechanism or model)(values["model"])
+            with faults.at("robot" if values.get("robot") else "model"):
+                whole = _whole(values, mechanism or model)
         if whole is not None:
             _read_names(faults, whole, values)
         fields = {FIELDS.get(key, key): value for key, value in values.items()}
         scenario = cls(**{"model": "", **fields}, where=faults.where)
-        if whole is not None and scenario.contact is None:
+        if whole is not None and (scenario.contact is None or is_robot_file(scenario.model)):
             scenario.__dict__["_mechanism"] = whole
         return scenario
 
@@ -151,7 +157,7 @@ class Scenario:
         if given.get("law", self.law) != self.law:
             old = self._with(law_parameters={}, law_choices={})
         merged = dict(given)
-        for name in ("state", "parameters", "law_parameters", "law_choices"):
+        for name in ("state", "parameters", "law_parameters", "law_choices", "robot"):
             if name in given:
                 merged[name] = {**(getattr(old, name) or {}), **given[name]}
         return old._with(**merged)
@@ -159,9 +165,8 @@ class Scenario:
     def _with(self, **fields: Any) -> Scenario:
         """Return a copy with other fields, and with the mechanism where it is the same."""
         copy = dataclasses.replace(self, **fields)
-        if (copy.model, copy.contact) == (self.model, self.contact) and (
-            "_mechanism" in self.__dict__
-        ):
+        same = all(getattr(copy, n) == getattr(self, n) for n in ("model", "contact", "robot"))
+        if same and "_mechanism" in self.__dict__:
             copy.__dict__["_mechanism"] = self._mechanism
         return copy
 
@@ -200,6 +205,8 @@ class Scenario:
 
     @cached_property
     def _mechanism(self) -> Mechanism:
+        if self.robot or is_robot_file(self.model):
+            return _of_robot(self.model, self.contact, self.robot, self.where)
         whole = model(self.model)
         return whole if self.contact is None else whole.only(self.contact)
 
@@ -231,7 +238,8 @@ class Scenario:
             )
         declared = ParameterSet(*mechanism.outline.parameters, *laws)
         given = {**self.parameters, **of_laws}
-        return place_of(mechanism, self.state, given, self.close, declared=declared)
+        solved = self.close, self.contact_velocity
+        return place_of(mechanism, self.state, given, *solved, declared=declared)
 
     def start(self) -> dict[str, float]:
         """Return the state as given, or the mechanism's start; with the contact closed by `close`.
@@ -248,7 +256,7 @@ class Scenario:
         kind = offered_choices(self.contact_law()).get("friction") if self.law else None
         of_friction = FRICTION_NOTICES.get(kind or "")
         own = (of_friction,) if of_friction else ()
-        return (*own, *self.mechanism().outline.truncation_notices)
+        return (*own, *self.mechanism().notices)
 
     def classify(self) -> Classification | SpatialClassification:
         """Return the rigid contact problem at the state, with every solution."""
@@ -372,6 +380,13 @@ def _read_count(faults: Faults, key: str, value: Any) -> dict[str, Any]:
     return {key: whole_number(value, key, where=faults.where, lower=1, upper=MAX_COUNT)}
 
 
+def _read_velocity(faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    if not isinstance(value, list) or len(value) not in (2, 3):
+        raise _wrong(key, value, "numbers along n and t, in space along n, t1, t2, such as [0, 1]")
+    read = (number(v, key, where=faults.where, unit="m/s") for v in value)
+    return {key: tuple(read)}
+
+
 def _read_text(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
     if not isinstance(value, str):
         raise _wrong(key, value, "text in quotes")
@@ -411,6 +426,55 @@ def _read_model(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
     if not isinstance(value, str):
         raise _wrong(key, value, 'the name of a mechanism, such as model = "rod"')
     return {key: value}
+
+
+_OF_FILE = ("floating", "armature", "srdf")
+_OF_CONTACT = ("point", "normal", "radius", "joints", "pose", "locked", "others")
+"""Arguments of `robot` and of `Robot.contact` that a table [robot] may hold."""
+
+
+def _read_robot(faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    """Read what says where the contact of a robot is; `Robot.contact` knows its names."""
+    if not isinstance(value, Mapping):
+        raise _wrong(key, value, "a table [robot]")
+    known, read = (*_OF_FILE, *_OF_CONTACT), dict(value)
+    for name, entry in value.items():
+        with faults.at(key, name):
+            if name not in known:
+                raise InputError(unknown_name("key", name, known))
+            if name == "floating" and not isinstance(entry, bool):
+                raise _wrong(name, entry, "true or false")
+            if name in ("srdf", "pose", "others"):
+                _read_text(faults, name, entry)
+            if name in ("armature", "radius"):
+                unit = "m" if name == "radius" else None
+                read[name] = number(entry, name, where=faults.where, unit=unit)
+    return {key: read}
+
+
+def _whole(values: Mapping[str, Any], make: Callable[[str], Mechanism]) -> Mechanism:
+    """Return the mechanism of a scenario with all its contacts, or the contact of a robot."""
+    name, of_robot = values["model"], values.get("robot", {})
+    if of_robot or is_robot_file(name):
+        return _of_robot(name, values.get("contact"), of_robot, "robot")
+    return make(name)
+
+
+def _of_robot(path: str, contact: str | None, given: Mapping[str, Any], where: str) -> Mechanism:
+    """Return a contact of a robot as a mechanism."""
+    from painleve_sym.robots.robot import robot
+
+    if not is_robot_file(path):
+        raise InputError(
+            f"{where}: got {', '.join(given)} with the mechanism {path!r}, need the file of a "
+            "robot, URDF or MJCF. Fix: leave it out."
+        )
+    if contact is None:
+        raise InputError(
+            f"{where}: no contact of the robot. Fix: name its frame, such as --contact LF_FOOT."
+        )
+    one = robot(path, **{k: v for k, v in given.items() if k in _OF_FILE})
+    return one.contact(contact, **{k: v for k, v in given.items() if k in _OF_CONTACT}).mechanism
 
 
 def _read_law(faults: Faults, key: str, value: Any) -> dict[str, Any]:
@@ -462,7 +526,7 @@ def _read_names(faults: Faults, mechanism: Mechanism, values: dict[str, Any]) ->
                 given[name] = number(value, at, where=faults.where, unit=declared[name].unit)
                 if fault := declared[name].fault(given[name]):
                     raise InputError(fault)
-    if "contact" in values:
+    if "contact" in values and not is_robot_file(values["model"]):
         with faults.at("contact"):
             mechanism.only(values["contact"])
     if "material" in values:
@@ -498,5 +562,7 @@ _READERS: Mapping[str, Reader] = {
     "max_events": _read_count,
     "samples": _read_count,
     "restitution": _read_number,
+    "contact_velocity": _read_velocity,
+    "robot": _read_robot,
     "rule": _read_choice(Restitution),
 }

@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[2]
 DOG = str(ROOT / "examples" / "robots" / "quadruped.urdf")
 ARM = str(ROOT / "tests" / "robots" / "files" / "two_link.urdf")
 FOOT = ("robot", DOG, "--contact", "LF_foot", "--pose", "standing", "--poses", "2")
-KEYS = ["W", "mu_P", "sector", "worst_direction", "least_over_normals", "gradient", "least"]
-KEYS += ["share_at_risk", "notices"]
+KEYS = ["W", "mu_P", "sector", "worst_direction", "least_over_normals", "gradient", "impact"]
+KEYS += ["least", "share_at_risk", "notices"]
 
 
 def test_json_has_the_numbers_of_the_contact(capsys):
@@ -33,11 +33,16 @@ def test_json_has_the_numbers_of_the_contact(capsys):
     assert set(data["gradient"]) == set(data["least"]["joints"]) and len(data["gradient"]) == 12
     assert data["least"]["mu_P"] < data["mu_P"] and 0 <= data["share_at_risk"] <= 1
     assert "ideal torque control" in data["notices"][0]
+    impact = data["impact"]
+    assert impact["restitution"] == "energetic" and impact["energy_change"] < 0
+    assert impact["normal_impulse"] > 0 and impact["velocity"][0] > 0
 
 
 def test_without_friction_there_is_no_share(capsys):
     data = run_json(capsys, *FOOT)
     assert data["share_at_risk"] is None and data["sector"]["half_angle"] is None
+    assert data["impact"] is None
+    assert run_json(capsys, *FOOT, "--mu", "0.5")["impact"] is None
 
 
 def test_options_reach_the_contact(capsys):
@@ -117,3 +122,97 @@ def test_file_is_named_in_errors(capsys, tmp_path):
     code, _, err = run(capsys, "robot", f"{tmp_path}/r.urdf", "--contact", "b")
     assert code == 2 and "r.urdf: not well-formed XML" in err
     assert json.dumps(str(tmp_path)).strip('"') in err
+
+
+# ---- the contact as a mechanism for classify and jump ----
+
+PLACE = (DOG, "--contact", "LF_foot", "--pose", "standing", "--set", "mu=2")
+SLIP = ("--contact-velocity", "0,1,0")
+
+
+def keys_of(value, where=""):
+    """Return the paths of all keys but names of states and parameters."""
+    if isinstance(value, list):
+        return {k for inner in value for k in keys_of(inner, where)}
+    if not isinstance(value, dict) or where.endswith(("velocity", "state", "parameters")):
+        return {where}
+    return {k for key, inner in value.items() for k in keys_of(inner, f"{where}.{key}")}
+
+
+@pytest.mark.parametrize("command", ["classify", "jump"])
+def test_json_of_a_robot_has_the_keys_of_a_mechanism_in_space(capsys, command):
+    robot = run_json(capsys, command, *PLACE, *SLIP)
+    named = run_json(capsys, command, "rod-3d", "--state", "theta=1,x_A_dot=-1")
+    assert keys_of(robot) - {".notices"} == keys_of(named) - {".notices"}
+    assert robot["mechanism"] == "quadruped" and "ideal torque control" in robot["notices"][-1]
+
+
+def test_jump_of_a_robot_is_that_of_python(capsys):
+    import painleve_sym as ps
+
+    data = run_json(capsys, "jump", *PLACE, *SLIP, "--restitution", "0.5", "--rule", "poisson")
+    foot = ps.robot(DOG).contact("LF_foot", pose="standing")
+    jump = foot.jump("poisson", 2.0, 0.5, contact_velocity=(0.0, 1.0, 0.0))
+    assert data["final"]["velocity"] == jump.velocity
+    assert data["initial"]["velocity"] == jump.velocity_before
+    assert data["phases"] == json.loads(json.dumps([p.to_dict() for p in jump.phases]))
+    code, out, _ = run(capsys, "jump", *PLACE, *SLIP)
+    assert code == 0 and "LF_KFE_dot [rad/s]" in out and "torque_" not in out
+
+
+def test_scenario_file_holds_the_contact_of_a_robot(capsys, tmp_path):
+    file = tmp_path / "slip.toml"
+    file.write_text(
+        f"""model = {DOG!r}
+contact = "LF_foot,RF_foot"
+parameters = {{ mu = 2.0, torque_LF_KFE = "3 N m" }}
+contact_velocity = [0, "1 m/s", 0]
+restitution = 0.5
+
+[robot]
+pose = "standing"
+normal = [0.1, 0, 1]
+others = "stuck"
+radius = "1 cm"
+"""
+    )
+    options = ("--normal", "0.1,0,1", "--others", "stuck", "--radius", "1 cm", *SLIP)
+    options += ("--contact", "LF_foot,RF_foot", "--set", "torque_LF_KFE=3", "--restitution", "0.5")
+    assert run_json(capsys, "jump", file) == run_json(capsys, "jump", *PLACE, *options)
+    options = options[:-2]
+    given = run_json(capsys, "classify", file, "--normal", "0,0,1")
+    assert given == run_json(capsys, "classify", *PLACE, *options, "--normal", "0,0,1")
+    file.write_text(file.read_text().replace("standing", "sitting"))
+    code, _, err = run(capsys, "jump", file)
+    assert code == 2 and "line 7, robot: robot quadruped: unknown pose 'sitting'" in err
+    file.write_text(file.read_text() + "floating = 3\nfeet = 4\n")
+    code, _, err = run(capsys, "jump", file)
+    assert code == 2 and "floating: got 3, need true or false" in err and "'feet'" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("jump", *PLACE), "at rest there is no impact without collision"),
+        (("jump", *PLACE[:-2], *SLIP), "mu: missing, need the friction coefficient >= 0"),
+        (("jump", DOG, "--set", "mu=2", *SLIP), "no contact of the robot"),
+        (("jump", DOG, "--contact", "LF_fot", "--set", "mu=2"), "unknown frame 'LF_fot'"),
+        (("jump", *PLACE[:-1], "mu=-1", *SLIP), "need a finite number with 0 <= mu"),
+        (("jump", *PLACE, *SLIP, "--restitution", "2"), "0 <= e_energetic <= 1"),
+        (("jump", *PLACE, *SLIP, "--rule", "bouncy"), "unknown restitution law 'bouncy'"),
+        (("jump", *PLACE, "--contact-velocity", "0,1"), "need 3 finite numbers along n, t1, t2"),
+        (("jump", *PLACE, "--contact-velocity", "1"), "need numbers along n and t"),
+        (("jump", *PLACE, "--contact-velocity", "0,a,0"), "--contact-velocity: got 'a'"),
+        (("jump", *PLACE, *SLIP, "--state", "LF_KFE=9"), "need a value within its limits"),
+        (("jump", *PLACE, *SLIP, "--close", "base_z"), "numbers in space but no formulas"),
+        (("jump", "rod", "--pose", "standing"), "got pose with the mechanism 'rod'"),
+        (("classify", *PLACE, "--contact-velocity=-1,0,0"), "normal velocity -1 m/s, need 0"),
+        (("contrast", *PLACE[:3], "--set", "mu=2"), "Fix: use robot, classify or jump"),
+        (("derive", DOG), "the file of a robot, which has no formulas"),
+        (("classify", "absent.urdf", "--contact", "foot"), "No such file"),
+    ],
+)
+def test_bad_contact_of_a_robot_is_one_sentence(capsys, words, expected):
+    code, out, err = run(capsys, *words)
+    assert code == 2 and out == ""
+    assert expected in err and "Traceback" not in err

@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from painleve_sym.contacts.impact import spatial
@@ -531,8 +533,8 @@ def test_contact_at_rest_or_that_opens_has_no_impact():
 
 def test_slip_on_the_border_begins_where_it_turns_into_the_paradox():
     begun = []
-    for given, mu, _ in (SLIDES, RESUMES, COMPRESSED_TWICE):
-        W = np.array(given, dtype=float)
+    for matrix, mu, _ in (SLIDES, RESUMES, COMPRESSED_TWICE):
+        W = np.array(matrix, dtype=float)
         middle, half = math.atan2(W[2, 0], W[1, 0]), math.acos(W[0, 0] / mu / np.hypot(*W[1:, 0]))
         for angle in (middle - half, middle + half):
             A, _, h = _rates(W, mu, angle)
@@ -574,6 +576,48 @@ def test_impact_has_its_range_of_numbers(scale):
     assert np.array(other.velocity) / scale == pytest.approx(one.velocity, rel=1e-12, abs=1e-13)
 
 
+# ---- motion in one plane ----
+
+
+@given(
+    st.floats(-1, 1),
+    st.floats(0.1, 3),
+    st.floats(0, 3),
+    st.floats(-1, 0),
+    st.floats(-1, 1),
+    st.floats(-3.1, 3.1),
+    st.sampled_from(["energetic", "poisson", "newton"]),
+)
+def test_contact_that_moves_in_one_plane_has_the_impact_of_the_plane(
+    coupling, W_tt, mu, v_n, v_t, angle, law
+):
+    W_nt, e = 0.99 * coupling * math.sqrt(W_tt), (math.cos(angle), math.sin(angle))
+    v_n, v_t = (v if abs(v) > 1e-6 else 0.0 for v in (v_n, v_t))
+    plane = solve_impact([[1.0, W_nt], [W_nt, W_tt]], mu, (v_n, v_t), law, 0.6)
+    turn = np.array([[1.0, 0.0], [0.0, e[0]], [0.0, e[1]]])
+    W = turn @ np.array([[1.0, W_nt], [W_nt, W_tt]]) @ turn.T
+    impact = solve_impact(W, mu, tuple(turn @ (v_n, v_t)), law, 0.6)
+    assert impact.case is plane.case and impact.end is plane.end
+    assert [p.name for p in impact.phases] == [p.name for p in plane.phases]
+    for own, flat in zip(impact.phases, plane.phases, strict=True):
+        np.testing.assert_allclose(own.velocity, turn @ flat.velocity, atol=1e-12)
+        np.testing.assert_allclose(own.impulse, turn @ flat.impulse, atol=1e-12)
+        np.testing.assert_allclose(own.direction, flat.direction[0] * np.array(e), atol=1e-12)
+        assert own.mode.value == ("stick" if flat.mode.value == "stick" else "slip")
+    assert impact.energy_change == pytest.approx(plane.energy_change, abs=1e-12)
+
+
+def test_little_mobility_across_is_none_in_the_limit():
+    W, velocity = np.array([[2.0, 1.5, 0], [1.5, 2.0, 0], [0, 0, 0.0]]), (0.0, 1.0, 0.0)
+    none = solve_impact(W, 2.0, velocity)
+    little = solve_impact(W + np.diag([0, 0, 1e-7]), 2.0, velocity)
+    assert [p.name for p in little.phases] == [p.name for p in none.phases]
+    np.testing.assert_allclose(little.velocity, none.velocity, atol=1e-12)
+    # Nothing moves along the surface.
+    free = solve_impact(np.diag([2.0, 0.0, 0.0]), 0.5, (-1.0, 0.0, 0.0), "newton", 0.5)
+    assert free.velocity == (0.5, 0.0, 0.0) and free.tangential_impulse == (0.0, 0.0)
+
+
 GOOD = np.eye(3).tolist()
 REFUSED = {
     "opening": (GOOD, 0.5, (0.1, 1.0, 0.0), "energetic", 0.5, "need v_n <= 0"),
@@ -585,7 +629,14 @@ REFUSED = {
         0.5,
         "definite",
     ),
-    "rank two": (np.diag([1.0, 1, 0]), 0.5, (-1, 1, 0), "energetic", 0.5, "definite"),
+    "rank two, across": (
+        np.diag([1.0, 1, 0]),
+        *(0.5, (-1, 1, 0.5), "energetic", 0.5, "a tangent in which W moves nothing"),
+    ),
+    "rank two, indefinite": (
+        [[1, 2, 0], [2, 1, 0], [0, 0, 0]],
+        *(0.5, (-1, 1, 0), "energetic", 0.5, "semidefinite"),
+    ),
     "rank two, oblique": (
         np.outer([1, 2, 3], [1, 2, 3]) + np.outer([1, 0, 1], [1, 0, 1]),
         *(0.5, (-1, 1, 0), "energetic", 0.5, "independent rows"),

@@ -55,6 +55,28 @@ def test_anymal_has_the_mobility_of_an_independent_computation(study, folder):
     assert np.degrees(risk.half_angle) == pytest.approx(32, abs=0.5)
 
 
+def test_foot_of_anymal_has_an_impact_without_collision(study, folder):
+    contact = study.contact_of(case_of(study, "ANYmal C"), folder)
+    along = contact.risk(0.8).direction
+    velocity = (0.0, np.cos(along), np.sin(along))
+    jump = contact.jump("energetic", 0.8, 0.75, contact_velocity=velocity)
+    assert [p.name for p in jump.phases] == [
+        *("tangential", "sticking compression", "sticking restitution")
+    ]
+    # The published digits of W alone.
+    W = [[2.17529076, 3.2001139, 0.19408619], [3.2001139, 5.71585191, 0.1044024]]
+    W.append([0.19408619, 0.1044024, 1.3136258])
+    known = ps.solve_impact(W, 0.8, velocity, "energetic", 0.75)
+    assert known.without_collision
+    assert jump.normal_impulse == pytest.approx(known.normal_impulse, rel=1e-7)
+    assert jump.phases[-1].normal_velocity == pytest.approx(known.velocity[0], rel=1e-7)
+    assert jump.energy_change == pytest.approx(known.energy_change, rel=1e-7)
+    # What the page says.
+    assert sum(p.normal_impulse for p in jump.phases[:2]) == pytest.approx(1.52, abs=5e-3)
+    assert jump.phases[-1].normal_velocity == pytest.approx(0.30, abs=5e-3)
+    assert jump.energy_change / jump.kinetic_energy == pytest.approx(-0.76, abs=5e-3)
+
+
 def test_anymal_with_rotors_stuck_feet_and_locked_joints(study, folder):
     case = case_of(study, "ANYmal C")
     path = folder / case.file

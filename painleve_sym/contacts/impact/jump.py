@@ -12,7 +12,12 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import place_of, refuse_outside, refuse_without_surface
+from painleve_sym.contacts.inputs import (
+    ROUND_OFF,
+    place_of,
+    refuse_outside,
+    refuse_without_surface,
+)
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
@@ -21,9 +26,6 @@ from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.notebooks import Shown
 from painleve_sym.units import Value
-
-# A velocity that is a sum of rounded products counts as zero below this part of its terms.
-ROUND_OFF = 1e-14
 
 Values = dict[str, float]
 """States and parameters by name."""
@@ -174,6 +176,7 @@ def evaluate_jump(
     *,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
+    contact_velocity: Sequence[float] | None = None,
 ) -> JumpResult:
     """Evaluate the jump at one state: the phases of the impact's class.
 
@@ -195,6 +198,10 @@ def evaluate_jump(
     close : str, optional
         A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
         several contacts; see `contacts.closing.closed_state`.
+    contact_velocity : sequence of float, optional
+        Of the only contact, along n and t, in space n, t1, t2, m/s: the velocities of the state are
+        changed for it, with the least kinetic energy of the change; see
+        `contacts.inputs.moving_place`.
 
     Returns
     -------
@@ -226,7 +233,7 @@ def evaluate_jump(
     mechanism.require_one_contact()
     declared = ParameterSet(*mechanism.outline.parameters, law.parameter)
     checks = {"declared": declared, "where": _where(mechanism)}
-    return jump_at(place_of(mechanism, state, parameters, close, **checks), law)
+    return jump_at(place_of(mechanism, state, parameters, close, contact_velocity, **checks), law)
 
 
 def _where(mechanism: Mechanism) -> str:
@@ -311,7 +318,8 @@ def _no_impact(at: ContactNumbers, v_t: Sequence[float]) -> str:
     if not speed:
         return (
             "got v_t = 0 and v_n = 0, need a moving contact: at rest there is no impact without "
-            "collision. Fix: give a slip with A < 0, or an approach v_n < 0."
+            "collision. Fix: give a slip with A < 0, or an approach v_n < 0, by the state or by "
+            "--contact-velocity."
         )
     along = math.fsum(w * v / speed for w, v in zip(at.W[0, 1:].tolist(), v_t, strict=True))
     A, B = float(at.W[0, 0] - at.mu[0] * along) + 0.0, float(at.b[0]) + 0.0

@@ -24,6 +24,12 @@ from painleve_sym.contacts.impact.spatial import (
     course_in_space,
     invariant_ones,
 )
+from painleve_sym.contacts.impact.within_plane import (
+    in_plane,
+    moving_tangent,
+    phase_in_space,
+    plane_faults,
+)
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS
@@ -170,7 +176,8 @@ def solve_impact(
     W : array_like, shape (2, 2) or (3, 3)
         Rows and columns in the order (n, t), like the velocity: [[W_nn, W_nt], [W_nt, W_tt]];
         symmetric, positive definite or of rank one; 1/kg. In space in the order (n, t1, t2), with
-        t1 and t2 of unit length and at right angles; symmetric and positive definite.
+        t1 and t2 of unit length and at right angles; symmetric and positive definite, or of rank
+        two or one where it moves nothing along one tangent: an impact in the plane of the others.
     mu : float
         Friction coefficient, ≥ 0.
     velocity : sequence of 2 or 3 float
@@ -193,7 +200,8 @@ def solve_impact(
     ------
     InputError
         All faults at once: entries that are not finite, v_n > 0, mu < 0, e outside [0, 1], W not
-        symmetric positive semidefinite (in space definite), an unknown law; or results beyond the
+        symmetric positive semidefinite (in space definite, but for one tangent), a velocity along a
+        tangent in which W moves nothing, an unknown law; or results beyond the
         floating range.
 
     References
@@ -215,17 +223,9 @@ def solve_impact(
     >>> [phase.name for phase in impact.phases]
     ['slip compression', 'slip restitution', 'sticking restitution']
     """
-    given, mu, before, e = _checked(W, mu, velocity, restitution, e)
-    in_plane = len(given) == 2
+    given, mu, before, e = _checked(W, mu, velocity, restitution, e, planar=True)
     try:
-        if in_plane:
-            (W_nn, W_nt), (_, W_tt) = given
-            path = ImpactPath((W_nn, W_nt, W_tt), mu, before[0], before[1], restitution)
-            begins = path.begins
-            ended = begins and path.follow(e)
-            case, phases = path.case if begins else ImpactClass.NO_IMPACT, tuple(path.phases)
-        else:
-            case, ended, phases = course_in_space(given, mu, before, restitution, e)
+        case, ended, phases = _course(given, mu, before, restitution, e)
     except OverflowError as error:
         raise InputError(
             "solve impact: impulses or energies leave the range of floating point. "
@@ -237,6 +237,25 @@ def solve_impact(
         end = ImpactEnd.SEPARATION if after[0] > 0.0 else ImpactEnd.PERSISTENT
         end = end if ended else ImpactEnd.JAM
     return Impact(case, end, restitution, before, after, phases, given)
+
+
+def _course(
+    W: tuple[tuple[float, ...], ...], mu: float, velocity: tuple[float, ...], law: str, e: float
+) -> tuple[ImpactClass, bool, tuple[ImpactPhase, ...]]:
+    """Return the class of an impact, whether it has an end, and its phases."""
+    if len(W) == 3:
+        tangent = moving_tangent(W)
+        if tangent is None:
+            return course_in_space(W, mu, velocity, law, e)
+        v_n, v_1, v_2 = velocity
+        v_t = tangent[0] * v_1 + tangent[1] * v_2
+        case, ended, phases = _course(in_plane(W, tangent), mu, (v_n, v_t), law, e)
+        return case, ended, tuple(phase_in_space(phase, tangent) for phase in phases)
+    (W_nn, W_nt), (_, W_tt) = W
+    path = ImpactPath((W_nn, W_nt, W_tt), mu, velocity[0], velocity[1], law)
+    begins = path.begins
+    ended = begins and path.follow(e)
+    return path.case if begins else ImpactClass.NO_IMPACT, ended, tuple(path.phases)
 
 
 def invariant_directions(W: Sequence[Sequence[float]], mu: float) -> tuple[InvariantDirection, ...]:
@@ -290,8 +309,12 @@ def _checked(
     restitution: str,
     e: float,
     where: str = "solve impact",
+    planar: bool = False,
 ) -> tuple[tuple[tuple[float, ...], ...], float, tuple[float, ...], float]:
-    """Return W, mu, velocity and e as floats; raise with every fault."""
+    """Return W, mu, velocity and e as floats; raise with every fault.
+
+    `planar` allows a contact in space that moves in one plane.
+    """
     try:
         rows = [[float(w) for w in row] for row in W]
         v = tuple(float(v) for v in velocity)
@@ -317,8 +340,13 @@ def _checked(
         entries |= {"mu": mu, "e": e} | {f"v_{a}": own for a, own in zip(axes, v, strict=True)}
         faults = [fault for n, number in entries.items() if (fault := checked_number(number, n)[1])]
     if not faults:
-        in_plane = len(rows) == 2
-        faults = mobility_faults(*rows[0], *rows[1]) if in_plane else spatial_mobility_faults(rows)
+        tangent = moving_tangent(rows) if planar and len(rows) == 3 else None
+        if len(rows) == 2:
+            faults = mobility_faults(*rows[0], *rows[1])
+        elif tangent is None:
+            faults = spatial_mobility_faults(rows)
+        else:
+            faults = plane_faults(rows, v, tangent)
     if mu < 0:
         faults.append(f"mu: got {mu!r}, need mu >= 0.")
     if v[0] > 0:
