@@ -143,7 +143,8 @@ def spatial_mobility_faults(W: Sequence[Sequence[float]]) -> list[str]:
             return []
     return [
         f"mobility: got W = {W!r}, need a symmetric positive definite matrix. Fix: compute "
-        "it as J M^-1 J' with a positive definite mass matrix M and independent rows of J."
+        "it as J M^-1 J' with a positive definite mass matrix M and independent rows of J; a "
+        "contact that can only move on a surface at an angle to its own has none."
     ]
 
 

@@ -113,6 +113,10 @@ ROBOT = (
     text("--others", "WHAT", "other contacts: free (default), or stuck"),
 )
 """Options that say where the contact of a robot is; `robot_options` reads them."""
+ROBOT_OF_CASE = tuple(
+    Option(o.name, o.settings | {"help": f"robot: {o.settings['help']}"}) for o in ROBOT
+)
+"""The same, of commands that take other mechanisms, too."""
 CONTACT_VELOCITY = text(
     "--contact-velocity",
     "N,T",
@@ -200,11 +204,12 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
   reload = "elastic"
   parameters = { E = 209e9, e_energetic = 0.75 }
 
-Other keys: title, material, contact, close, initial_force, engine, rtol,
-max_steps, max_events, samples, restitution, rule. One file serves classify,
-simulate and jump; each takes the keys it needs. Options override the file,
---state, --set and --law-set entry by entry; another --law drops the law
-parameters of the file. Without a state the mechanism's own start is taken."""
+Other keys: title, material, contact, close, contact_velocity, robot,
+initial_force, engine, rtol, max_steps, max_events, samples, restitution, rule.
+One file serves classify, simulate and jump; each takes the keys it needs.
+Options override the file, --state, --set and --law-set entry by entry; another
+--law drops the law parameters of the file. Without a state the mechanism's own
+start is taken."""
 
 JUMP = """\
 With a contact law the jump is also computed at its stiffness: the free normal
@@ -218,7 +223,7 @@ CASE may also be the file of a robot, URDF or MJCF. --contact is then the frame
 of the contact, with others after it; --point to --others say where it is. A
 state holds joint values and those of a floating base, others are those of
 --pose; parameters are mu and torque_NAME. In a scenario: [robot], with pose,
-point, normal, radius, locked, others, floating, armature, srdf.
+joints, point, normal, radius, locked, others, floating, armature, srdf.
 
   painleve jump anymal.urdf --contact LF_FOOT --pose standing --set mu=0.8
       --contact-velocity 0,1,0"""
@@ -299,7 +304,7 @@ command(
     "solve the rigid contact at a state: every solution, or none",
     *CASE,
     CONTACT_VELOCITY,
-    *ROBOT,
+    *ROBOT_OF_CASE,
     JSON,
     details=SCENARIO + ROBOT_CASE,
 )
@@ -310,7 +315,7 @@ command(
     "compute the velocity jump of an impact at a state",
     *CASE,
     CONTACT_VELOCITY,
-    *ROBOT,
+    *ROBOT_OF_CASE,
     RESTITUTION,
     text("--rule", "RULE", "energetic (default), poisson or newton"),
     *LAW,

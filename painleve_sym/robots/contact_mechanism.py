@@ -31,6 +31,8 @@ CAVEATS = (
     "The contact is one point; a round foot moves it as it rolls.",
 )
 """Assumptions that every result of a robot depends on."""
+_AT_REST = 1e-9
+"""Normal velocity of a contact that neither opens nor closes, m/s, for a slip up to 1 m/s."""
 _STUCK = 1e-6
 """Speed of a stuck contact that counts as rest, m/s, for velocities of six digits."""
 _UPRIGHT = 1e-9
@@ -79,12 +81,12 @@ class FirstContact(Delassus):
         return dict(zip((c.name for c in others), np.linalg.norm(v, axis=1).tolist(), strict=True))
 
     def _first(self, numbers: ContactNumbers) -> ContactNumbers:
-        if len(numbers.mu) == 1:
-            return numbers
         W, b = numbers.W[:3, :3], numbers.b[:3]
         alone: dict[str, Any] = {
             n: v[:1] for n, v in numbers._asdict().items() if n not in ("W", "b", "margins")
         }
+        slip = np.linalg.norm(alone["slip_velocity"], axis=1)
+        alone["rate_tolerance"] = _AT_REST * np.maximum(1.0, slip)
         if self.stuck:
             W, b = held(numbers.W, numbers.b)
             A, B = held(W, b, 1)

@@ -22,13 +22,12 @@ from painleve_sym.checks import (
 )
 from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.classify import classify_at
+from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.contacts.impact.jump import JumpResult, jump_at
+from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.one_contact import Impact, solve_impact
 from painleve_sym.contacts.impact.within_plane import moving_tangent
-from painleve_sym.contacts.inputs import moving_place
 from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
@@ -39,8 +38,6 @@ from painleve_sym.contacts.risk import (
 from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.files import finite, plain_fields
 from painleve_sym.laws.restitution import restitution_law
-from painleve_sym.mechanics.declarations import Parameter, ParameterSet
-from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_file import read_robot
@@ -227,8 +224,11 @@ class RobotContact:
         >>> foot.classify(2.0, contact_velocity=(0.0, 1.0, 0.0)).case
         <ContactCase.INCONSISTENT: 'inconsistent'>
         """
-        place = self._place(mu, velocities, torques, contact_velocity)
-        answer = classify_at(place)
+        state, of_joints = self._named(velocities, torques)
+        parameters = {"mu": mu, **of_joints}
+        answer: Any = classify(
+            self.mechanism, state, parameters=parameters, contact_velocity=contact_velocity
+        )
         assert isinstance(answer, SpatialClassification)
         return answer
 
@@ -271,37 +271,28 @@ class RobotContact:
         ['tangential', 'sticking compression', 'sticking restitution']
         """
         law = restitution_law(chosen(Restitution, restitution, "restitution law", "jump"))
-        given = {} if e is None else {law.parameter.name: e}
-        place = self._place(mu, velocities, None, contact_velocity, law.parameter, given)
-        return jump_at(place, law)
-
-    def _place(
-        self,
-        mu: float,
-        velocities: Mapping[str, Value] | None,
-        torques: Mapping[str, Value] | None,
-        contact_velocity: Sequence[float] | None,
-        of_law: Parameter | None = None,
-        given: Mapping[str, float] | None = None,
-    ) -> Place:
-        """Return the pose with velocities, friction and torques, checked."""
-        mechanism, where = self.mechanism, f"robot {self.dynamics.tree.name}"
-        outline = mechanism.outline
-        kinds = (
-            ("velocity", velocities, "{}_dot", [c.name for c in outline.coordinates]),
-            ("torque", torques, "torque_{}", list(self.joints)),
+        parameters = {"mu": mu} | ({} if e is None else {law.parameter.name: e})
+        state, _ = self._named(velocities, None)
+        return evaluate_jump(
+            self.mechanism, law, state, parameters=parameters, contact_velocity=contact_velocity
         )
-        values = list[dict[str, Value]]()
-        for noun, known, form, names in kinds:
-            values.append({})
-            for name, value in by_name(known, f"{where}: {noun}", "{'knee': 0.5}").items():
+
+    def _named(
+        self, velocities: Mapping[str, Value] | None, torques: Mapping[str, Value] | None
+    ) -> list[dict[str, Value]]:
+        """Return velocities and torques by the names that they have in the mechanism."""
+        where, named = f"robot {self.dynamics.tree.name}", list[dict[str, Value]]()
+        coordinates = [c.name for c in self.dynamics.outline.coordinates]
+        for noun, given, form, names in (
+            ("velocity", velocities, "{}_dot", coordinates),
+            ("torque", torques, "torque_{}", list(self.joints)),
+        ):
+            values = by_name(given, f"{where}: {noun}", "{'knee': 0.5}")
+            for name in values:
                 if name not in names:
                     raise InputError(f"{where}: {unknown_name(noun, name, names)}")
-                values[-1][form.format(name)] = value
-        parameters = {"mu": mu, **values[1], **(given or {})}
-        declared = ParameterSet(*outline.parameters, *([of_law] if of_law else []))
-        place = mechanism.at(values[0], parameters, declared=declared, where=where)
-        return place if contact_velocity is None else moving_place(place, contact_velocity)
+            named.append({form.format(name): value for name, value in values.items()})
+        return named
 
     def mobility(self, joints: Mapping[str, Array] | None = None) -> Array:
         """Return W at the pose, or at arrays of joint values that differ from it.

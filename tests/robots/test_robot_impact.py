@@ -302,6 +302,13 @@ def test_torques_and_velocities_move_the_free_acceleration():
     assert pushed.parameters["torque_LF_KFE"] == 5.0 and pushed.answer.B != rest.B
 
 
+def test_normal_velocity_of_rounding_is_none():
+    foot = standing()
+    assert foot.classify(0.5, {"base_z": 1e-10, "base_x": 0.1}).case.value == "slip"
+    with pytest.raises(InputError, match=r"normal velocity 1e-08 m/s, need 0"):
+        foot.classify(0.5, {"base_z": 1e-8, "base_x": 0.1})
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
