@@ -61,7 +61,9 @@ def _show_list(heading: str, sentences: Mapping[str, str]) -> None:
 
 def model_data(mechanism: Mechanism) -> dict[str, Any]:
     """Return what there is to know of a mechanism as plain data."""
-    of_row = {v.row: v for v in mechanism.outline.velocities}
+    outline = mechanism.outline
+    of_row = {v.row: v for v in outline.velocities}
+    velocities = [plain_fields(v, "name", "meaning", "unit") for v in outline.velocities]
     return {
         **plain_fields(mechanism, "name", "title", "source"),
         "references": references_data(mechanism.source),
@@ -73,9 +75,7 @@ def model_data(mechanism: Mechanism) -> dict[str, Any]:
             }
             for c in mechanism.outline.coordinates
         ],
-        "velocities": [
-            plain_fields(v, "name", "meaning", "unit") for v in mechanism.outline.velocities
-        ],
+        **({"velocities": velocities} if outline.quaternions else {}),
         "parameters": [parameter_data(p) for p in mechanism.outline.parameters],
         "contacts": [
             plain_fields(c, "name", "gap", "slip_velocity") for c in mechanism.outline.contacts

@@ -108,7 +108,7 @@ def random_motion(rng):
     return turned(Rotation.random(random_state=rng)) | omega
 
 
-@pytest.mark.parametrize("of_the_point", [False, True])
+@pytest.mark.parametrize("of_the_point", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_free_body_agrees_with_newton_and_euler(of_the_point):
     mechanism, rng = free_body(of_the_point), np.random.default_rng(7)
     for _ in range(15):
