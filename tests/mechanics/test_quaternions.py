@@ -448,7 +448,7 @@ def test_two_quaternions_have_velocities_of_their_own():
 
 
 def test_two_bodies_turn_by_themselves():
-    """Rates of one do not depend on the other; loads on a point and on an axis."""
+    """Rates of one do not depend on the other; a load acts on a point of the second."""
     q, r = ps.Quaternion("q", "first"), ps.Quaternion("r", "second", velocity="spin")
     m = ps.Parameter("m", 1.0, "kg", "mass", 0.0, lower_closed=False)
     F = ps.Parameter("F", 1.0, "N", "force along x on a point of the second body")
