@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MAX_PIECES = 20_000
 """Pieces after which the question stays undecided."""
 MAX_SECONDS = 300.0
-"""Time after which it does."""
+"""Processor time after which it does."""
 MAX_QUANTITIES = 20
 """Sides of a box."""
 _TERMS = 60
@@ -90,7 +90,7 @@ def prove_positive(
         The statement in words, for the certificate.
     max_pieces : int
     max_seconds : float
-        Pieces and time after which the question stays undecided.
+        Pieces and processor time after which the question stays undecided.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def prove_positive(
     degree = degree_for(len(over))
     polynomials = BallPolynomials(len(over), degree)
     box = [(float(a), float(b)) for a, b in over.values()]
-    judge = _Judge(polynomials, program_of(function), box, time.monotonic() + max_seconds)
+    judge = _Judge(polynomials, program_of(function), box, time.thread_time() + max_seconds)
     cuts: dict[int, int] = {}
     bounds: dict[int, float] = {}
 
@@ -145,7 +145,7 @@ def prove_positive(
 
 @dataclass(frozen=True)
 class _Judge:
-    """What balls say of a piece of a box."""
+    """Judgement of a piece of a box by balls."""
 
     polynomials: BallPolynomials
     program: list[Step]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from painleve_sym.cli.certify import answer, claim_of, read_box
 from painleve_sym.cli.options import (
     FIGURES,
     figure_file,
@@ -21,17 +22,24 @@ from painleve_sym.cli.options import (
 from painleve_sym.cli.output import draw, number, print_json, show, show_notices, show_table
 from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.robots.report import RiskReport, risk_report
-from painleve_sym.robots.robot import Robot, RobotContact
+from painleve_sym.robots.report import RiskReport, contact_title, risk_report
+from painleve_sym.robots.robot import CAVEATS, Robot, RobotContact
 from painleve_sym.robots.robot import robot as read
 from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
 
 SHOWN_GRADIENT = 8
+_NOT_PROVED = ("velocities", "torques", "trajectory", "poses", "report", "export")
+"""Options of the report that a proof does not have."""
 _BASES = {"fixed": False, "floating": True}
 
 
 def robot(arguments: argparse.Namespace) -> int:
-    """Print the risk of the contact of a robot, at a pose and over all poses."""
+    """Print the risk of the contact of a robot, at a pose and over all poses, or a proof."""
+    if arguments.certify:
+        return _certify(arguments)
+    for option in ("over", "check"):
+        if getattr(arguments, option) is not None:
+            raise InputError(f"--{option}: belongs to --certify. Fix: add --certify.")
     look = read_look(arguments)
     picture = figure_file("--out", arguments.out, look, FIGURES) if arguments.out else None
     page = output_file("--report", arguments.report, (".html",)) if arguments.report else None
@@ -73,6 +81,35 @@ def robot(arguments: argparse.Namespace) -> int:
         if path is not None:
             show(f"written: {path}")
     return 0
+
+
+def _certify(arguments: argparse.Namespace) -> int:
+    """Prove or refute A > 0 in all poses of a box, or verify a certificate of it."""
+    for option in _NOT_PROVED:
+        if getattr(arguments, option) is not None:
+            raise InputError(
+                f"--{option}: --certify only gives a proof. Fix: leave out one of the two."
+            )
+    if not arguments.over:
+        raise InputError(
+            "--certify: needs --over, the box of poses, such as --over knee=-1.1:-0.9,hip=0.6:0.8. "
+            "Joints without a range keep their value."
+        )
+    one = _read(arguments)
+    place = _place(arguments, one)
+    contact = one.contact(arguments.contact, **place)
+    units = {c.name: c.unit for c in contact.dynamics.outline.coordinates} | {"mu": "1"}
+    over = read_box(arguments.over, lambda: units)
+    if twice := set(over) & set(place.get("joints", ())):
+        raise InputError(f"--over: got {min(twice)} in --joints as well. Fix: give it once.")
+    function, fixed = contact.positive_function(over, arguments.mu)
+    title = contact_title(contact)
+    data = {"robot": one.tree.name, "contact": contact.dynamics.contacts[0].frame}
+    data["notices"] = [*one.tree.notices, " ".join(CAVEATS)]
+    code = answer(arguments, title, data, claim_of(title, fixed), over, function)
+    if not arguments.json and arguments.check is None:
+        show_notices(data["notices"])
+    return code
 
 
 def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnswer | None:

@@ -44,12 +44,12 @@ def inside(side, share):
 
 def distances(box, point):
     """Return exactly where a point is between the middle of a box and its ends, from -1 to 1."""
-    found = []
+    away = []
     for p, (low, high) in zip(point, box, strict=True):
         middle = low + (high - low) / 2
         radius = math.nextafter(max(high - middle, middle - low), math.inf)
-        found.append((Fraction(p) - Fraction(middle)) / Fraction(radius))
-    return found
+        away.append((Fraction(p) - Fraction(middle)) / Fraction(radius))
+    return away
 
 
 def exactly(program, point):
