@@ -15,6 +15,8 @@ from painleve_sym.certify.program import Step
 
 Polynomial = dict[int, Any]
 """Coefficients by the place of their exponents; that of the constant, 0, is always there."""
+_STEPS = 50
+"""Steps of a program from one look at the clock to the next."""
 _ZERO, _NAN = arb(0), arb("nan")
 
 
@@ -25,7 +27,7 @@ class BallPolynomials:
     piece, numbers within the balls make the polynomial equal to the function: what a product has
     above the degree, and the rest of a series, widen the ball of the constant.
 
-    Source: Makino & Berz (2003), *Taylor models and other validated functional inclusion methods*.
+    Source: Revol et al. (2005).
     """
 
     def __init__(self, n: int, degree: int) -> None:
@@ -48,8 +50,8 @@ class BallPolynomials:
         """
         places: dict[int, Polynomial] = {}
         result: Polynomial = {0: _NAN}
-        for name, place, taken in program:
-            if time.thread_time() > deadline:
+        for count, (name, place, taken) in enumerate(program):
+            if count % _STEPS == 0 and time.thread_time() > deadline:
                 raise TimeoutError
             if name == "const":
                 places[place] = {0: arb(float.fromhex(taken[0]))}
@@ -59,6 +61,9 @@ class BallPolynomials:
                 result = places[taken[0]]
             else:
                 places[place] = self._apply(name, [places[k] for k in taken])
+                if not places[place][0].is_finite():
+                    # The result depends on every step.
+                    return {0: _NAN}
         return result
 
     def lower_bound(self, x: Polynomial) -> float:

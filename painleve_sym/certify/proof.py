@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from painleve_sym.certify.checker import FORMAT, Side, digest, halves
+from painleve_sym.certify.checker import FORMAT, Polynomials, Rejected, Side, digest, halves
 from painleve_sym.certify.program import Step, program_of
 from painleve_sym.errors import InputError
 from painleve_sym.progress import progress
@@ -29,12 +29,12 @@ MAX_PIECES = 20_000
 """Pieces after which the question stays undecided."""
 MAX_SECONDS = 300.0
 """Processor time after which it does."""
-MAX_QUANTITIES = 20
+MAX_QUANTITIES = 16
 """Sides of a box."""
-_TERMS = 60
-"""Terms of a polynomial: its degree is the largest one with fewer."""
+_TERMS = 40
+"""Terms of a polynomial: its degree is the largest one with as many, but 3 to 10."""
 _SHARE = 0.5
-"""Part of a proven bound that is claimed, so that another arithmetic confirms it."""
+"""Part of a proven bound that is claimed: another C library has other sines."""
 
 
 class Verdict(enum.StrEnum):
@@ -104,9 +104,14 @@ def prove_positive(
             "certify: needs python-flint. Fix: pip install 'painleve-sym[certify]'."
         ) from None
     degree = degree_for(len(over))
-    polynomials = BallPolynomials(len(over), degree)
     box = [(float(a), float(b)) for a, b in over.values()]
-    judge = _Judge(polynomials, program_of(function), box, time.thread_time() + max_seconds)
+    judge = _Judge(
+        BallPolynomials(len(over), degree),
+        Polynomials(len(over), degree),
+        program_of(function),
+        box,
+        time.thread_time() + max_seconds,
+    )
     cuts: dict[int, int] = {}
     bounds: dict[int, float] = {}
 
@@ -148,6 +153,7 @@ class _Judge:
     """Judgement of a piece of a box by balls."""
 
     polynomials: BallPolynomials
+    checker: Polynomials
     program: list[Step]
     box: list[Side]
     deadline: float
@@ -160,12 +166,22 @@ class _Judge:
         """
         value = self.polynomials.results(self.program, piece, self.deadline)
         bound = self.polynomials.lower_bound(value)
-        if bound > 0:
+        if bound * _SHARE > 0:
+            # What balls prove is a piece of the certificate only where its checker confirms it.
+            bound = min(bound, self._confirmed(piece))
+        if bound * _SHARE > 0:
             return bound, math.inf, 0
         middle = [(m, m) for m in (a + (b - a) / 2 for a, b in piece)]
         at_middle = self.polynomials.results(self.program, middle, self.deadline)[0]
         top = float(at_middle.upper()) if at_middle.is_finite() else math.inf
         return bound, top, self._side(self.polynomials.influences(value), piece)
+
+    def _confirmed(self, piece: list[Side]) -> float:
+        """Return the bound of the checker; −∞ where it has none."""
+        try:
+            return self.checker.lowest(self.checker.evaluated(self.program, piece))
+        except (Rejected, ArithmeticError):
+            return -math.inf
 
     def _side(self, influences: list[float], piece: list[Side]) -> int:
         """Return the side to halve: that of the quantity which moves the function most."""
@@ -188,7 +204,7 @@ def degree_for(n: int) -> int:
             f"certify: got {n} quantities that vary, need at most {MAX_QUANTITIES}. "
             "Fix: give fewer of them a range."
         )
-    return next((d for d in range(10, 2, -1) if math.comb(n + d, d) <= _TERMS), 2)
+    return next((d for d in range(10, 3, -1) if math.comb(n + d, d) <= _TERMS), 3)
 
 
 def _tree(cuts: Mapping[int, int], bounds: Mapping[int, float]) -> list[int | str]:

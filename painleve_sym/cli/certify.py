@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.options import (
@@ -16,7 +16,7 @@ from painleve_sym.cli.options import (
     read_range,
     unit_for,
 )
-from painleve_sym.cli.output import number, print_json, show
+from painleve_sym.cli.output import number, print_json, show, show_notices
 from painleve_sym.contacts.positive import positive_function
 from painleve_sym.errors import InputError
 from painleve_sym.files import read_text, write_beside
@@ -64,14 +64,16 @@ def claim_of(contact: str, values: Mapping[str, float]) -> str:
 def answer(
     arguments: argparse.Namespace,
     title: str,
-    data: dict[str, Any],
+    data: dict[str, str],
     claim: str,
     over: dict[str, Side],
     function: ca.Function,
+    notices: Sequence[str] = (),
 ) -> int:
     """Say whether a function is positive on a box, or whether a certificate proves it.
 
-    `data` comes first in JSON, `title` first in text. 0 where it is proved or verified, else 1.
+    `data` comes first in JSON, `title` first in text, notices last. 0 where it is proved or
+    verified, else 1.
     """
     from painleve_sym.certify.proof import Verdict, prove_positive
 
@@ -84,11 +86,12 @@ def answer(
         content = (json.dumps(proof.certificate) + "\n").encode()
         write_beside(target, lambda file: file.write(content))
     if arguments.json:
-        print_json(data | {"over": over, **proof.to_dict()})
+        print_json({**data, "over": over, **proof.to_dict(), "notices": list(notices)})
     else:
         _show(title, over, proof)
         if written:
             show(f"written: {target}")
+        show_notices(notices)
     return 0 if proof.verdict is Verdict.PROVED else 1
 
 
@@ -96,8 +99,7 @@ def _show(title: str, over: dict[str, Side], proof: Proof) -> None:
     ends = (f"{n} from {number(a)} to {number(b)}" for n, (a, b) in over.items())
     show(f"{title}, {', '.join(ends)}")
     if proof.piece is None:
-        pieces = f"{proof.pieces} piece" + "s" * (proof.pieces != 1)
-        show(f"proved: A > 0 for every direction of slip, on {pieces}")
+        show(f"proved: A > 0 for every direction of slip, on {_counted(proof.pieces)}")
         return
     piece = ", ".join(f"{n} from {a!r} to {b!r}" for n, (a, b) in proof.piece.items())
     reason = {
@@ -106,6 +108,10 @@ def _show(title: str, over: dict[str, Side], proof: Proof) -> None:
         "piece are too wide",
     }[proof.verdict.value]
     show(f"{proof.verdict.value}: {reason}: {piece}")
+
+
+def _counted(pieces: int) -> str:
+    return "1 piece" if pieces == 1 else f"{pieces} pieces"
 
 
 def _check(
@@ -132,7 +138,7 @@ def _check(
         return _verdict(arguments, f"rejected: it is damaged: {type(error).__name__}", None)
     except Rejected as error:
         return _verdict(arguments, f"rejected: {error}", None)
-    return _verdict(arguments, f"verified: {pieces} pieces", pieces)
+    return _verdict(arguments, f"verified: {_counted(pieces)}", pieces)
 
 
 def _verdict(arguments: argparse.Namespace, text: str, pieces: int | None) -> int:

@@ -105,11 +105,8 @@ def _certify(arguments: argparse.Namespace) -> int:
     function, fixed = contact.positive_function(over, arguments.mu)
     title = contact_title(contact)
     data = {"robot": one.tree.name, "contact": contact.dynamics.contacts[0].frame}
-    data["notices"] = [*one.tree.notices, " ".join(CAVEATS)]
-    code = answer(arguments, title, data, claim_of(title, fixed), over, function)
-    if not arguments.json and arguments.check is None:
-        show_notices(data["notices"])
-    return code
+    notices = (*one.tree.notices, " ".join(CAVEATS))
+    return answer(arguments, title, data, claim_of(title, fixed), over, function, notices)
 
 
 def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnswer | None:

@@ -82,6 +82,14 @@ def test_few_pieces_suffice(certificate):
     assert check(certificate) <= 4
 
 
+@pytest.mark.slow
+def test_piece_that_only_balls_prove_is_halved(foot):
+    # The checker has no positive bound of half of what balls prove on one of its pieces.
+    leg = {name: (foot.values[name] - 0.2, foot.values[name] + 0.2) for name in LEG}
+    wide = proof(foot, leg, 0.8)
+    assert wide.verdict == "proved" and check(wide.certificate) == wide.pieces
+
+
 def test_friction_and_tilt_of_the_base_may_vary(foot):
     tilted = {"base_roll": (-0.1, 0.1), "base_pitch": (-0.1, 0.1)}
     assert proof(foot, tilted, 1.0).verdict == "proved"
