@@ -27,7 +27,7 @@ class BallPolynomials:
     piece, numbers within the balls make the polynomial equal to the function: what a product has
     above the degree, and the rest of a series, widen the ball of the constant.
 
-    Source: Revol et al. (2005).
+    Source: Revol, Makino & Berz (2005).
     """
 
     def __init__(self, n: int, degree: int) -> None:

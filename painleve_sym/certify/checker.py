@@ -73,7 +73,7 @@ def _number(value: float, error: float = 0.0) -> TaylorModel:
 class Polynomials:
     """Taylor models of n quantities up to a degree: what is above widens their error.
 
-    The account of rounding is that of Revol et al. (2005), more generous.
+    The account of rounding is that of Revol, Makino & Berz (2005), more generous.
 
     The number of the term x^a y^b … has its degree and a, b, … as digits in the base degree + 1:
     numbers of factors add up to that of the product, unless its degree is above.
