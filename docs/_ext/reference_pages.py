@@ -251,7 +251,13 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 2 "
               "--poses 50",
               "robot examples/robots/desk_arm.xml --contact finger --mu 1 --poses 9 "
-              "--torques yaw=1 --trajectory examples/robots/motion.csv"),
+              "--torques yaw=1 --trajectory examples/robots/motion.csv",
+              "robot examples/robots/desk_arm.xml --contact finger --mu 0.3 --certify "
+              "--over pitch=0.2:0.4 --out {folder}/arm.json",
+              "robot examples/robots/desk_arm.xml --contact finger --mu 9 --certify "
+              "--over pitch=0.2:0.4",
+              "robot examples/robots/desk_arm.xml --contact finger --mu 0.3 --certify "
+              "--over pitch=0.2:0.4 --check {folder}/arm.json"),
     "certify": ("certify rod --over theta=0.2:1.4 --set mu=1.3 --out {folder}/rod.json",
                 "certify rod --over theta=0.2:1.4 --set mu=1.4",
                 "certify rod --over theta=0.2:1.4 --set mu=1.3 --check {folder}/rod.json"),

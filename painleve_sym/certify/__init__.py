@@ -1,1 +1,1 @@
-"""Proofs that a function is positive on a box: balls prove it, and intervals verify the proof."""
+"""Proofs that a function is positive on a box: balls prove it, another arithmetic verifies it."""

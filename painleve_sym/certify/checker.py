@@ -1,6 +1,6 @@
-"""Checker of certificates: intervals of floating-point numbers, with Python's own library alone.
+"""Checker of certificates: polynomials of floating-point numbers, with Python's own library alone.
 
-It shares nothing with what made the certificate: other arithmetic, and derivatives of its own. A
+It shares nothing with what made the certificate: other numbers, and another account of errors. A
 certificate says that a function is positive on a box. It has the function as elementary operations,
 and a tree of bisections, whose leaves bound the function from below.
 """
@@ -15,186 +15,247 @@ from math import inf, nextafter
 from typing import Any, NamedTuple
 
 FORMAT = "painleve-certificate 1"
-_LIBRARY = 4
-"""Units in the last place by which sine and cosine of the C library may be wrong, generously."""
+Side = tuple[float, float]
+"""Ends of a quantity."""
+MAX_DEGREE = 16
+"""Of the polynomials of a certificate."""
+MAX_TERMS = 1000
+"""Terms of a polynomial of that degree."""
+_ROUNDING = 2.0**-52
+"""Twice the relative error of an operation, so that it also covers what sums of it round."""
+_SLACK = 1e-12
+"""Relative widening of a computed bound, far more than its own few operations round."""
+_LEAST = 1e-300
+"""Absolute widening of a computed bound: what underflows."""
+_WAVE = 1e-15
+"""Error of sine and cosine of the C library: four units in the last place, and more."""
 
 
 class Rejected(Exception):
     """A certificate that proves nothing; the message says why."""
 
 
-class Interval(NamedTuple):
-    """All numbers from `low` to `high`; every operation rounds outwards."""
+class TaylorModel(NamedTuple):
+    """A polynomial, and a bound of its distance from the function that it stands for.
 
-    low: float
-    high: float
+    The polynomial is one of distances from the middle of a piece, which are from −1 to 1. Its
+    coefficients are by number of their term, see `Polynomials`.
+    """
 
-    def __add__(self, other: Interval) -> Interval:  # type: ignore[override]
-        return _outwards(self.low + other.low, self.high + other.high)
+    terms: dict[int, float]
+    error: float
 
-    def __neg__(self) -> Interval:
-        return Interval(-self.high, -self.low)
+    @property
+    def middle(self) -> float:
+        """The constant term."""
+        return self.terms.get(0, 0.0)
 
-    def __sub__(self, other: Interval) -> Interval:
-        return _outwards(self.low - other.high, self.high - other.low)
-
-    def __mul__(self, other: Interval) -> Interval:  # type: ignore[override]
-        if self == _ZERO or other == _ZERO:
-            return _ZERO
-        (a, b), (c, d) = self, other
-        products = (a * c, a * d, b * c, b * d)
-        return _outwards(min(products), max(products))
-
-    def inverse(self) -> Interval:
-        """Return 1/x; Rejected where 0 is one of the numbers."""
-        if self.low <= 0 <= self.high:
-            raise Rejected("a quotient may divide by 0")
-        return _outwards(1 / self.high, 1 / self.low)
-
-    def square(self) -> Interval:
-        """Return x²."""
-        a, b = abs(self.low), abs(self.high)
-        low = 0.0 if self.low <= 0 <= self.high else min(a, b) ** 2
-        return Interval(max(0.0, nextafter(low, -inf)), nextafter(max(a, b) ** 2, inf))
-
-    def root(self) -> Interval:
-        """Return √x; Rejected where a number is negative."""
-        if self.low < 0:
-            raise Rejected("a root may be of a negative number")
-        return _outwards(math.sqrt(self.low), math.sqrt(self.high))
-
-    def sine(self) -> Interval:
-        """Return sin x."""
-        return self._wave(math.sin, 0.5)
-
-    def cosine(self) -> Interval:
-        """Return cos x."""
-        return self._wave(math.cos, 0.0)
-
-    def _wave(self, wave: Any, crest: float) -> Interval:
-        """Return the range of a wave that is 1 at (crest + 2 k) π and -1 half a period later."""
-        if not self.high - self.low < 6:
-            return Interval(-1.0, 1.0)
-        ends = wave(self.low), wave(self.high)
-        low, high = min(ends), max(ends)
-        # Slightly wider, so that a crest at an end is not missed by rounding.
-        slack = 1e-12 * (1 + abs(self.low) + abs(self.high))
-        first, last = (self.low - slack) / math.pi, (self.high + slack) / math.pi
-        if math.floor((last - crest) / 2) >= math.ceil((first - crest) / 2):
-            high = 1.0
-        if math.floor((last - crest - 1) / 2) >= math.ceil((first - crest - 1) / 2):
-            low = -1.0
-        error = _LIBRARY * 2.3e-16
-        return Interval(max(-1.0, low - error), min(1.0, high + error))
+    @property
+    def spread(self) -> float:
+        """Bound of the distance of the function from the constant term."""
+        return _up(self.error + sum(abs(c) for k, c in self.terms.items() if k))
 
 
-def _outwards(low: float, high: float) -> Interval:
-    if math.isnan(low) or math.isnan(high):
+def _finite(value: float) -> float:
+    if not math.isfinite(value):
         raise Rejected("an operation has no finite value")
-    return Interval(nextafter(low, -inf), nextafter(high, inf))
+    return value
 
 
-_ZERO, _ONE = Interval(0.0, 0.0), Interval(1.0, 1.0)
+def _up(bound: float) -> float:
+    return _finite(bound) * (1 + _SLACK) + _LEAST
 
 
-class Dual(NamedTuple):
-    """A value with its derivatives by the quantities of the box."""
-
-    value: Interval
-    slopes: tuple[Interval, ...]
-
-    def linear(self, factor: Interval, value: Interval) -> Dual:
-        """Return a function of this number: its value, and the derivative as factor."""
-        return Dual(value, tuple(factor * s for s in self.slopes))
-
-    def plus(self, other: Dual, value: Interval) -> Dual:
-        """Return a sum of which the value is known."""
-        return Dual(value, tuple(a + b for a, b in zip(self.slopes, other.slopes, strict=True)))
+def _number(value: float, error: float = 0.0) -> TaylorModel:
+    return TaylorModel({0: value}, error)
 
 
-def _apply(name: str, take: Sequence[Dual]) -> Dual:
-    x = take[0]
-    if name in ("add", "sub", "mul", "div"):
-        y = take[1]
-        if name == "add":
-            return x.plus(y, x.value + y.value)
-        if name == "sub":
-            return x.plus(y.linear(-_ONE, -y.value), x.value - y.value)
-        if name == "div":
-            inverse = y.value.inverse()
-            return _apply("mul", (x, y.linear(-inverse.square(), inverse)))
-        return x.linear(y.value, x.value).plus(y.linear(x.value, y.value), x.value * y.value)
-    if name == "assign":
-        return x
-    if name == "neg":
-        return x.linear(-_ONE, -x.value)
-    if name == "twice":
-        two = Interval(2.0, 2.0)
-        return x.linear(two, two * x.value)
-    if name == "sq":
-        return x.linear(Interval(2.0, 2.0) * x.value, x.value.square())
-    if name == "inv":
-        inverse = x.value.inverse()
-        return x.linear(-inverse.square(), inverse)
-    if name == "sqrt":
-        root = x.value.root()
-        if not any(s != _ZERO for s in x.slopes):
-            return Dual(root, x.slopes)
-        return x.linear((Interval(2.0, 2.0) * root).inverse(), root)
-    if name == "sin":
-        return x.linear(x.value.cosine(), x.value.sine())
-    if name == "cos":
-        return x.linear(-x.value.sine(), x.value.cosine())
-    if name in ("pow", "constpow"):
-        power = take[1].value
-        count = int(power.low)
-        if power.low != power.high or count != power.low or not 1 <= count <= 16:
-            raise Rejected("a power has another exponent than 1 to 16")
-        result = x
-        for _ in range(count - 1):
-            result = _apply("mul", (result, x))
+class Polynomials:
+    """Taylor models of n quantities up to a degree: what is above widens their error.
+
+    The account of rounding is that of Revol, Makino & Berz (2005), more generous.
+
+    The number of the term x^a y^b … has its degree and a, b, … as digits in the base degree + 1:
+    numbers of factors add up to that of the product, unless its degree is above.
+    """
+
+    def __init__(self, n: int, degree: int) -> None:
+        self.n, self.degree, self.base = n, degree, degree + 1
+        self.one = self.base**n
+        self.end = self.base * self.one
+
+    def evaluated(self, program: Sequence[Sequence[Any]], box: Sequence[Side]) -> TaylorModel:
+        """Return the model of a program on a box."""
+        places: dict[int, TaylorModel] = {}
+        result: TaylorModel | None = None
+        for name, place, taken in program:
+            if name == "const":
+                places[place] = _number(_finite(float.fromhex(taken[0])))
+            elif name == "input":
+                places[place] = self.quantity(taken[0], box)
+            elif name == "output":
+                result = places[taken[0]]
+            else:
+                places[place] = self._apply(name, [places[k] for k in taken])
+        if result is None:
+            raise Rejected("the program has no result")
         return result
-    raise Rejected(f"unknown operation {name!r}")
+
+    def quantity(self, i: int, box: Sequence[Side]) -> TaylorModel:
+        """Return the model of a quantity itself."""
+        low, high = box[i]
+        middle = low + (high - low) / 2
+        radius = nextafter(max(high - middle, middle - low), inf)
+        if not low <= high:
+            raise Rejected("the ends of a quantity are in the wrong order")
+        term = self.one + self.base**i
+        return TaylorModel({0: _finite(middle), term: _finite(radius)}, 0.0)
+
+    def lowest(self, x: TaylorModel) -> float:
+        """Return a number that the function does not fall below."""
+        below = x.error
+        for k, c in x.terms.items():
+            if k:
+                below += max(0.0, -c) if self._is_even(k) else abs(c)
+        return nextafter(x.middle - _up(below), -inf)
+
+    def plus(self, x: TaylorModel, y: TaylorModel, factor: float = 1.0) -> TaylorModel:
+        """Return x + y, or x − y with the factor −1."""
+        terms, rounded = dict(x.terms), 0.0
+        for k, c in y.terms.items():
+            if k in terms:
+                terms[k] += factor * c
+                rounded += abs(terms[k])
+            else:
+                terms[k] = factor * c
+        return TaylorModel(terms, _up(x.error + y.error + _ROUNDING * rounded))
+
+    def times(self, x: TaylorModel, y: TaylorModel) -> TaylorModel:
+        """Return x y."""
+        terms: dict[int, float] = {}
+        for i, a in x.terms.items():
+            for j, b in y.terms.items():
+                if (k := i + j) < self.end:
+                    terms[k] = terms.get(k, 0.0) + a * b
+        sizes_x, sizes_y = self._sizes(x), self._sizes(y)
+        above = sum(
+            sizes_x[i] * sizes_y[j]
+            for i in range(self.base)
+            for j in range(self.base - i, self.base)
+        )
+        size_x, size_y = sum(sizes_x), sum(sizes_y)
+        # Each term is a product, and a sum of as many as one factor has at most.
+        rounded = (min(len(x.terms), len(y.terms)) + 1) * size_x * size_y
+        carried = size_x * y.error + size_y * x.error + x.error * y.error
+        return TaylorModel(terms, _up(carried + above + _ROUNDING * rounded))
+
+    def inverse(self, x: TaylorModel) -> TaylorModel:
+        """Return 1/x by the geometric series; Rejected where 0 may be a value."""
+        first, ratio, size = self._ratio(x, "a quotient may divide by 0")
+        series = self._series([(-1.0) ** k for k in range(self.base)], 0.0, ratio)
+        rest = size**self.base / (1 - size)
+        return self.times(first, TaylorModel(series.terms, _up(series.error + rest)))
+
+    def root(self, x: TaylorModel) -> TaylorModel:
+        """Return √x by the binomial series; Rejected where a value may be negative."""
+        fault = "a root may be of a negative number"
+        if not x.middle > 0:
+            raise Rejected(fault)
+        _, ratio, size = self._ratio(x, fault)
+        binomial = [1.0]
+        for k in range(self.degree):
+            binomial.append(binomial[-1] * (0.5 - k) / (k + 1))
+        series = self._series(binomial, 0.0, ratio)
+        # No coefficient of the series is above 1.
+        rest = size**self.base / (1 - size)
+        root = math.sqrt(x.middle)
+        first = _number(root, _up(_ROUNDING * root))
+        return self.times(first, TaylorModel(series.terms, _up(series.error + rest)))
+
+    def wave(self, x: TaylorModel, phase: int) -> TaylorModel:
+        """Return the sine of x, or with the phase 1 the cosine, by Taylor's series."""
+        sine, cosine = math.sin(x.middle), math.cos(x.middle)
+        slopes = (sine, cosine, -sine, -cosine)
+        coefficients = [slopes[(phase + k) % 4] / math.factorial(k) for k in range(self.base)]
+        rest = x.spread**self.base / math.factorial(self.base)
+        series = self._series(coefficients, _WAVE, self._without_middle(x))
+        return TaylorModel(series.terms, _up(series.error + rest))
+
+    def _ratio(self, x: TaylorModel, fault: str) -> tuple[TaylorModel, TaylorModel, float]:
+        """Return 1/m and (x − m)/m with a bound of its size, for the constant term m of x."""
+        if not (x.middle and x.spread < abs(x.middle)):
+            raise Rejected(fault)
+        inverse = 1 / x.middle
+        first = _number(inverse, _up(_ROUNDING * abs(inverse)))
+        ratio = self.times(self._without_middle(x), first)
+        size = _up(sum(map(abs, ratio.terms.values())) + ratio.error)
+        if not size < 1:
+            raise Rejected(fault)
+        return first, ratio, size
+
+    def _without_middle(self, x: TaylorModel) -> TaylorModel:
+        return TaylorModel({k: c for k, c in x.terms.items() if k}, x.error)
+
+    def _series(self, coefficients: Sequence[float], error: float, x: TaylorModel) -> TaylorModel:
+        """Return Σ c_k x^k; each coefficient has an error, and what its own operations round."""
+        rounded = 4 * len(coefficients) * _ROUNDING
+        *before, last = (_number(c, _up(error + rounded * abs(c))) for c in coefficients)
+        result = last
+        for own in reversed(before):
+            result = self.plus(self.times(result, x), own)
+        return result
+
+    def _sizes(self, x: TaylorModel) -> list[float]:
+        """Return the sums of absolute coefficients of each degree."""
+        sizes = [0.0] * self.base
+        for k, c in x.terms.items():
+            sizes[k // self.one] += abs(c)
+        return sizes
+
+    def _is_even(self, k: int) -> bool:
+        """Return whether every exponent of a term is even, so that it is never negative."""
+        return all(k // self.base**i % self.base % 2 == 0 for i in range(self.n))
+
+    def _apply(self, name: str, take: Sequence[TaylorModel]) -> TaylorModel:
+        x = take[0]
+        if name in ("add", "sub"):
+            return self.plus(x, take[1], 1.0 if name == "add" else -1.0)
+        if name == "mul":
+            return self.times(x, take[1])
+        if name == "div":
+            return self.times(x, self.inverse(take[1]))
+        if name == "assign":
+            return x
+        if name == "neg":
+            return TaylorModel({k: -c for k, c in x.terms.items()}, x.error)
+        if name == "twice":
+            return self.plus(x, x)
+        if name == "sq":
+            return self.times(x, x)
+        if name == "inv":
+            return self.inverse(x)
+        if name == "sqrt":
+            return self.root(x)
+        if name in ("sin", "cos"):
+            return self.wave(x, int(name == "cos"))
+        if name in ("pow", "constpow"):
+            power = take[1]
+            count = int(power.middle)
+            if set(power.terms) != {0} or power.error or not 1 <= count == power.middle <= 16:
+                raise Rejected("a power has another exponent than 1 to 16")
+            result = x
+            for _ in range(count - 1):
+                result = self.times(result, x)
+            return result
+        raise Rejected(f"unknown operation {name!r}")
 
 
-def evaluated(program: Sequence[Sequence[Any]], box: Sequence[Interval]) -> Dual:
-    """Return value and derivatives of a program on a box."""
-    n = len(box)
-    still = (_ZERO,) * n
-    places: dict[int, Dual] = {}
-    result: Dual | None = None
-    for name, place, taken in program:
-        if name == "const":
-            value = float.fromhex(taken[0])
-            places[place] = Dual(Interval(value, value), still)
-        elif name == "input":
-            slopes = tuple(_ONE if i == taken[0] else _ZERO for i in range(n))
-            places[place] = Dual(box[taken[0]], slopes)
-        elif name == "output":
-            result = places[taken[0]]
-        else:
-            places[place] = _apply(name, [places[k] for k in taken])
-    if result is None:
-        raise Rejected("the program has no result")
-    return result
-
-
-def lower_bound(program: Sequence[Sequence[Any]], box: Sequence[Interval]) -> float:
-    """Return a number that the function does not fall below on a box: the better of two forms."""
-    whole = evaluated(program, box)
-    middles = [a + (b - a) / 2 for a, b in box]
-    total = evaluated(program, [Interval(m, m) for m in middles]).value
-    for slope, side, middle in zip(whole.slopes, box, middles, strict=True):
-        total = total + slope * (side - Interval(middle, middle))
-    return max(whole.value.low, total.low)
-
-
-def halves(box: Sequence[Interval], k: int) -> tuple[list[Interval], list[Interval]]:
+def halves(box: Sequence[Side], k: int) -> tuple[list[Side], list[Side]]:
     """Return both halves of a box, cut across its side k."""
     low, high = box[k]
     middle = low + (high - low) / 2
     left, right = list(box), list(box)
-    left[k], right[k] = Interval(low, middle), Interval(middle, high)
+    left[k], right[k] = (low, middle), (middle, high)
     return left, right
 
 
@@ -217,14 +278,21 @@ def check(certificate: Mapping[str, Any]) -> int:
             raise Rejected(f"the format is not {FORMAT!r}")
         if certificate["sha256"] != digest(certificate):
             raise Rejected("its content does not have the hash that it names")
-        program, tree = certificate["program"], certificate["tree"]
-        box = [Interval(float(a), float(b)) for a, b in certificate["over"].values()]
-        return _verified(program, box, tree)
-    except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
+        box = [(float(a), float(b)) for a, b in certificate["over"].values()]
+        degree = certificate["degree"]
+        if not (
+            isinstance(degree, int)
+            and 1 <= degree <= MAX_DEGREE
+            and math.comb(len(box) + degree, degree) <= MAX_TERMS
+        ):
+            raise Rejected(f"its polynomials have the degree {degree!r}, or too many terms")
+        polynomials = Polynomials(len(box), degree)
+        return _verified(polynomials, certificate["program"], box, certificate["tree"])
+    except (KeyError, TypeError, ValueError, IndexError, ArithmeticError, AttributeError) as error:
         raise Rejected(f"it is damaged: {type(error).__name__}") from error
 
 
-def _verified(program: Any, box: list[Interval], tree: Sequence[Any]) -> int:
+def _verified(polynomials: Polynomials, program: Any, box: list[Side], tree: Sequence[Any]) -> int:
     waiting, pieces = [box], 0
     for node in tree:
         if not waiting:
@@ -236,7 +304,7 @@ def _verified(program: Any, box: list[Interval], tree: Sequence[Any]) -> int:
         claimed = float.fromhex(node)
         if not claimed > 0:
             raise Rejected(f"a bound is not positive: {claimed:g}")
-        own = lower_bound(program, piece)
+        own = polynomials.lowest(polynomials.evaluated(program, piece))
         if not own >= claimed:
             raise Rejected(f"a bound is not confirmed: {claimed:g} is claimed, {own:g} proved")
         pieces += 1

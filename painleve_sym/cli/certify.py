@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.options import (
@@ -15,85 +16,129 @@ from painleve_sym.cli.options import (
     read_range,
     unit_for,
 )
-from painleve_sym.cli.output import number, print_json, show
+from painleve_sym.cli.output import number, print_json, show, show_notices
 from painleve_sym.contacts.positive import positive_function
 from painleve_sym.errors import InputError
 from painleve_sym.files import read_text, write_beside
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from painleve_sym.certify.checker import Side
+    from painleve_sym.certify.proof import Proof
 
 MAX_BYTES = 500_000_000
 
 
 def certify(arguments: argparse.Namespace) -> int:
     """Prove or refute A > 0 on a box, or verify a certificate of it; 0 where it is proved."""
-    from painleve_sym.certify.proof import Verdict, prove_positive
-
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
 
     def units() -> dict[str, str]:
         return dict(mechanism.units)
 
-    over = {}
-    for name, text in read_assignments("--over", arguments.over).items():
-        unit = unit_for("--over", name, text, units)
-        over[name] = read_range(f"--over {name}", text, unit, f"{name}=0.2:1.4")
+    over = read_box(arguments.over, units)
     held: dict[str, float] = {}
     for option, texts in (("--state", arguments.state), ("--set", arguments.set)):
         held |= read_quantities(option, texts, units) if texts else {}
     function, values = positive_function(mechanism, over, held)
+    claim = claim_of(mechanism.name, values)
+    return answer(arguments, mechanism.name, {"mechanism": mechanism.name}, claim, over, function)
+
+
+def read_box(texts: list[str], units: Callable[[], dict[str, str]]) -> dict[str, Side]:
+    """Return the ends of each quantity of ``--over NAME=FROM:TO,...``."""
+    over = {}
+    for name, text in read_assignments("--over", texts).items():
+        unit = unit_for("--over", name, text, units)
+        over[name] = read_range(f"--over {name}", text, unit, f"{name}=0.2:1.4")
+    return over
+
+
+def claim_of(contact: str, values: Mapping[str, float]) -> str:
+    """Return what a certificate claims of a contact, for the values of what does not vary."""
     fixed = ", ".join(f"{n} = {v!r}" for n, v in sorted(values.items()))
-    claim = f"{mechanism.name}: A > 0 for every direction of slip, where {fixed}"
+    return f"{contact}: A > 0 for every direction of slip, where {fixed}"
+
+
+def answer(
+    arguments: argparse.Namespace,
+    title: str,
+    data: dict[str, str],
+    claim: str,
+    over: dict[str, Side],
+    function: ca.Function,
+    notices: Sequence[str] = (),
+) -> int:
+    """Say whether a function is positive on a box, or whether a certificate proves it.
+
+    `data` comes first in JSON, `title` first in text, notices last. 0 where it is proved or
+    verified, else 1.
+    """
+    from painleve_sym.certify.proof import Verdict, prove_positive
+
     if arguments.check is not None:
         return _check(arguments, claim, over, function)
     target = output_file("--out", arguments.out, (".json",)) if arguments.out else None
     proof = prove_positive(function, over, claim)
-    if target is not None and proof.certificate is not None:
+    written = target is not None and proof.certificate is not None
+    if target is not None and written:
         content = (json.dumps(proof.certificate) + "\n").encode()
         write_beside(target, lambda file: file.write(content))
     if arguments.json:
-        print_json({"mechanism": mechanism.name, "over": over, **proof.to_dict()})
+        print_json({**data, "over": over, **proof.to_dict(), "notices": list(notices)})
     else:
-        _show(mechanism.name, over, proof)
-        if target is not None and proof.certificate is not None:
+        _show(title, over, proof)
+        if written:
             show(f"written: {target}")
+        show_notices(notices)
     return 0 if proof.verdict is Verdict.PROVED else 1
 
 
-def _show(name: str, over: dict[str, tuple[float, float]], proof: Any) -> None:
+def _show(title: str, over: dict[str, Side], proof: Proof) -> None:
     ends = (f"{n} from {number(a)} to {number(b)}" for n, (a, b) in over.items())
-    show(f"{name}, {', '.join(ends)}")
+    show(f"{title}, {', '.join(ends)}")
     if proof.piece is None:
-        show(f"proved: A > 0 for every direction of slip, on {proof.pieces} pieces")
+        show(f"proved: A > 0 for every direction of slip, on {_counted(proof.pieces)}")
         return
     piece = ", ".join(f"{n} from {a!r} to {b!r}" for n, (a, b) in proof.piece.items())
     reason = {
         "refuted": "A < 0 for some direction of slip in the middle of this piece",
-        "undecided": "the bounds of this piece are too wide, after the largest number of pieces",
+        "undecided": "after the largest number of pieces, or the longest time, the bounds of this "
+        "piece are too wide",
     }[proof.verdict.value]
     show(f"{proof.verdict.value}: {reason}: {piece}")
 
 
+def _counted(pieces: int) -> str:
+    return "1 piece" if pieces == 1 else f"{pieces} pieces"
+
+
 def _check(
-    arguments: argparse.Namespace, claim: str, over: dict[str, tuple[float, float]], function: Any
+    arguments: argparse.Namespace, claim: str, over: dict[str, Side], function: ca.Function
 ) -> int:
-    """Verify a certificate against the formulas of the mechanism, derived again."""
+    """Verify a certificate against the formulas of this command, derived again."""
     from painleve_sym.certify.checker import Rejected, check
     from painleve_sym.certify.proof import certificate_of
 
     where = f"certificate {arguments.check}"
     try:
         given = json.loads(read_text(Path(arguments.check), where, MAX_BYTES, "certificate"))
+        # Before the pieces are verified: a file may not choose what is computed.
+        own = certificate_of(function, over, claim, given["degree"], given["tree"])
+        for key in ("claim", "over", "program"):
+            if own[key] != given[key]:
+                return _verdict(arguments, f"rejected: its {key} is not that of this command", None)
         pieces = check(given)
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{where}: not JSON: {error}.") from error
+    except (KeyError, TypeError) as error:
+        return _verdict(arguments, f"rejected: it is damaged: {type(error).__name__}", None)
     except Rejected as error:
         return _verdict(arguments, f"rejected: {error}", None)
-    own = certificate_of(function, over, claim, given["tree"])
-    for key in ("claim", "over", "program"):
-        if own[key] != given[key]:
-            return _verdict(arguments, f"rejected: its {key} is not that of this command", None)
-    return _verdict(arguments, f"verified: {pieces} pieces", pieces)
+    return _verdict(arguments, f"verified: {_counted(pieces)}", pieces)
 
 
 def _verdict(arguments: argparse.Namespace, text: str, pieces: int | None) -> int:

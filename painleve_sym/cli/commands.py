@@ -602,7 +602,15 @@ command(
     text("--poses", "N", "random poses, by default 2000", read_count),
     text("--report", "FILE", "write a page about it, .html"),
     text("--export", "DIR", "write the function joint values to W, mu_P and sector as C"),
-    text("--out", "FILE", "draw the distribution of mu_P over poses, as PNG, SVG or PDF"),
+    flag("--certify", "prove A > 0 for every direction of slip in all poses of --over"),
+    several("--over", "NAME=FROM:TO,...", "box of joints, base_roll, base_pitch, base_yaw, mu"),
+    text("--check", "FILE", "verify this certificate instead of making one"),
+    text(
+        "--out",
+        "FILE",
+        "draw the distribution of mu_P over poses, as PNG, SVG or PDF; with --certify write the "
+        "certificate, .json",
+    ),
     *look(),
     JSON,
     details=(

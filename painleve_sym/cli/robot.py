@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 
+from painleve_sym.cli.certify import answer, claim_of, read_box
 from painleve_sym.cli.options import (
     FIGURES,
     figure_file,
@@ -20,31 +22,35 @@ from painleve_sym.cli.output import draw, number, print_json, show, show_notices
 from painleve_sym.cli.robot_options import file_options, place_options
 from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.errors import InputError
-from painleve_sym.robots.report import RiskReport, risk_report
-from painleve_sym.robots.robot import RobotContact
+from painleve_sym.robots.contact_mechanism import CAVEATS
+from painleve_sym.robots.report import RiskReport, contact_title, risk_report
+from painleve_sym.robots.robot import Robot, RobotContact
 from painleve_sym.robots.robot import robot as read
 from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
 
 SHOWN_GRADIENT = 8
+_NOT_PROVED = ("velocities", "torques", "trajectory", "poses", "report", "export")
+"""Options of the report that a proof does not have."""
 
 
 def robot(arguments: argparse.Namespace) -> int:
-    """Print the risk of the contact of a robot, at a pose and over all poses."""
+    """Print the risk of the contact of a robot, at a pose and over all poses, or a proof."""
+    if arguments.certify:
+        return _certify(arguments)
+    for option in ("over", "check"):
+        if getattr(arguments, option) is not None:
+            raise InputError(f"--{option}: belongs to --certify. Fix: add --certify.")
     look = read_look(arguments)
     picture = figure_file("--out", arguments.out, look, FIGURES) if arguments.out else None
     page = output_file("--report", arguments.report, (".html",)) if arguments.report else None
     code = output_folder("--export", arguments.export) if arguments.export else None
-    one = read(arguments.file, **file_options(arguments))
-    place = place_options(arguments)
-    if arguments.joints:
-        units = {name: joint.unit for name, joint in one.joints.items()}
-        place["joints"] = read_quantities("--joints", arguments.joints, lambda: units)
+    one, place = _read(arguments)
     contact = one.contact(arguments.contact, **place)
     motion = None
     if arguments.trajectory is not None:
         motion = risk_along(contact, read_motion(arguments.trajectory, contact), arguments.mu)
     report = risk_report(contact, one.tree, arguments.mu, arguments.poses)
-    answer = _answer(arguments, contact)
+    solved = _answer(arguments, contact)
     if picture is not None and motion is not None:
         draw("risk_trajectory_figure", picture, look, motion)
     elif picture is not None:
@@ -59,15 +65,15 @@ def robot(arguments: argparse.Namespace) -> int:
         export_risk(contact, code)
     if arguments.json:
         data = report.to_dict()
-        if answer is not None:
-            data |= {key: answer.to_dict()[key] for key in ("case", "solutions")}
+        if solved is not None:
+            data |= {key: solved.to_dict()[key] for key in ("case", "solutions")}
         if motion is not None:
             data["trajectory"] = motion.to_dict()
         print_json(data | {"notices": list(report.notices)})
         return 0
     _show(report)
-    if answer is not None:
-        _show_answer(answer)
+    if solved is not None:
+        _show_answer(solved)
     if motion is not None:
         _show_motion(motion)
     show_notices(report.notices)
@@ -75,6 +81,41 @@ def robot(arguments: argparse.Namespace) -> int:
         if path is not None:
             show(f"written: {path}")
     return 0
+
+
+def _read(arguments: argparse.Namespace) -> tuple[Robot, dict[str, Any]]:
+    """Return the robot, and where its contact is."""
+    one = read(arguments.file, **file_options(arguments))
+    place = place_options(arguments)
+    if arguments.joints:
+        units = {name: joint.unit for name, joint in one.joints.items()}
+        place["joints"] = read_quantities("--joints", arguments.joints, lambda: units)
+    return one, place
+
+
+def _certify(arguments: argparse.Namespace) -> int:
+    """Prove or refute A > 0 in all poses of a box, or verify a certificate of it."""
+    for option in _NOT_PROVED:
+        if getattr(arguments, option) is not None:
+            raise InputError(
+                f"--{option}: --certify only gives a proof. Fix: leave out one of the two."
+            )
+    if not arguments.over:
+        raise InputError(
+            "--certify: needs --over, the box of poses, such as --over knee=-1.1:-0.9,hip=0.6:0.8. "
+            "Joints without a range keep their value."
+        )
+    one, place = _read(arguments)
+    contact = one.contact(arguments.contact, **place)
+    units = {c.name: c.unit for c in contact.dynamics.outline.coordinates} | {"mu": "1"}
+    over = read_box(arguments.over, lambda: units)
+    if twice := set(over) & set(place.get("joints", ())):
+        raise InputError(f"--over: got {min(twice)} in --joints as well. Fix: give it once.")
+    function, fixed = contact.positive_function(over, arguments.mu)
+    title = contact_title(contact)
+    data = {"robot": one.tree.name, "contact": contact.dynamics.contacts[0].frame}
+    notices = (*one.tree.notices, " ".join(CAVEATS))
+    return answer(arguments, title, data, claim_of(title, fixed), over, function, notices)
 
 
 def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnswer | None:

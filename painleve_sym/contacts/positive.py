@@ -85,8 +85,15 @@ def positive_function(
             strict=True,
         )
     )
-    tangents = 1 + Delassus.of(mechanism).dynamics.n_tangents
-    coupling = sum(of[f"W_{k}_0"] ** 2 for k in range(1, tangents))
-    value = of["W_0_0"] ** 2 - at[outline.contacts[0].friction] ** 2 * coupling
+    rows = range(1 + Delassus.of(mechanism).dynamics.n_tangents)
+    W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
     fixed = {name: v for name, v in whole.items() if name not in over}
-    return ca.Function("positive", [x], [ca.cse(ca.densify(value))]), fixed
+    return positive_where(x, W, at[outline.contacts[0].friction]), fixed
+
+
+def positive_where(x: ca.SX, W: ca.SX, mu: Any) -> ca.Function:
+    """Return the function W_nn² − μ² |w|² of x, for the mobility W of one contact, normal first."""
+    import casadi as ca
+
+    value = W[0, 0] ** 2 - mu**2 * ca.sumsqr(W[1:, 0])
+    return ca.Function("positive", [x], [ca.cse(ca.densify(value))])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,6 +28,7 @@ from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.one_contact import Impact, solve_impact
 from painleve_sym.contacts.impact.within_plane import moving_tangent
+from painleve_sym.contacts.positive import positive_where
 from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
@@ -323,6 +324,76 @@ class RobotContact:
         if not self.stuck:
             return W[first, first]
         return W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
+
+    def positive_function(
+        self, over: Mapping[str, tuple[float, float]], mu: float | None = None
+    ) -> tuple[ca.Function, dict[str, float]]:
+        """Return W_nn² − μ² |w|² as a function of the quantities of a box.
+
+        Where it is positive on the whole box, A > 0 for every direction of slip there: W_nn is
+        then nowhere 0, and it is positive in the middle, which is verified.
+
+        Parameters
+        ----------
+        over : mapping of str to (float, float)
+            Ends of joint values within their limits, rad or m, of angles of a floating base
+            (`base_roll`, `base_pitch`, `base_yaw`), rad, and of the friction coefficient `mu`.
+        mu : float, optional
+            Friction coefficient, >= 0, unless it varies.
+
+        Returns
+        -------
+        casadi.Function
+        dict of str to float
+            The values of all that W depends on and that does not vary, and of `mu`.
+
+        Raises
+        ------
+        InputError
+            Unknown names; ends in the wrong order or outside limits; no friction coefficient, or
+            two; a contact that cannot move along its normal in the middle of the box.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> dog = ps.robot("examples/robots/quadruped.urdf")
+        >>> foot = dog.contact("LF_foot", pose="standing")
+        >>> function, fixed = foot.positive_function({"LF_KFE": (-1.45, -1.35)}, mu=1.0)
+        >>> round(float(function(-1.4)), 3), fixed["LF_HFE"]
+        (5.486, 0.7)
+        """
+        import casadi as ca
+
+        where, tree = "robot: over", self.dynamics.tree
+        limits = {j.name: (j.lower, j.upper) for j in tree.joints.values()}
+        limits |= dict.fromkeys(BASE[3:] * tree.floating, (-math.inf, math.inf))
+        limits["mu"] = (0.0, math.inf)
+        if (mu is None) != ("mu" in over):
+            given = "no friction coefficient" if mu is None else "mu both varied and set"
+            raise InputError(f"{where}: got {given}, need it once.")
+        faults = []
+        for name, (low, high) in over.items():
+            if name not in limits:
+                faults.append(unknown_name("quantity", name, limits))
+            elif not low < high:
+                faults.append(f"{name} from {low:g} to {high:g}, need ends that grow.")
+            elif not limits[name][0] <= low < high <= limits[name][1]:
+                lower, upper = limits[name]
+                faults.append(
+                    f"{name} from {low:g} to {high:g}, need a range within its limits {lower:g} "
+                    f"and {upper:g}."
+                )
+        if faults:
+            raise InputError(f"{where}: " + " ".join(faults))
+        middle = {name: low + (high - low) / 2 for name, (low, high) in over.items()}
+        values = {**self.values, **({} if mu is None else {"mu": mu})}
+        replace(self, values=values | middle).risk(mu)
+        x = ca.SX.sym("x", len(over))
+        at = values | dict(zip(over, ca.vertsplit(x), strict=True))
+        W = self.mobility_of(ca.vertcat(*(at[name] for name in self.arguments)))
+        kept = (*limits, *NORMAL, *TANGENT)
+        fixed = {name: values[name] for name in kept if name not in over}
+        return positive_where(x, W, at["mu"]), fixed
 
     @cached_property
     def _ratio(self) -> Quantities:
@@ -685,8 +756,6 @@ def robot(
 
 
 def _with_poses(tree: RobotTree, path: Path, srdf: str | Path | None) -> RobotTree:
-    from dataclasses import replace
-
     candidates = [path.with_suffix(".srdf"), path.parent.parent / "srdf" / f"{path.stem}.srdf"]
     if srdf is not None:
         file = Path(srdf)

@@ -5,18 +5,20 @@ from __future__ import annotations
 import copy
 import json
 import math
+from fractions import Fraction
 
 import casadi as ca
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.certify.checker import Interval, Rejected, check, digest, evaluated, halves
+from painleve_sym.certify.checker import Polynomials, Rejected, check, digest, halves
 from painleve_sym.certify.program import program_of
 from painleve_sym.errors import InputError
 from tests.cli.cli_helpers import run, run_json
 
-ENDS = st.tuples(st.floats(-9, 9), st.floats(0, 4)).map(lambda p: Interval(p[0], p[0] + p[1]))
+SIDES = st.tuples(st.floats(-3, 3), st.floats(0, 1.5)).map(lambda p: (p[0], p[0] + p[1]))
+SHARES = st.floats(0, 1)
 ROD = ("certify", "rod", "--over", "theta=0.2:1.4")
 
 
@@ -25,40 +27,114 @@ def function(make, n=2):
     return ca.Function("f", [x], [make(x)])
 
 
+RATIONAL = (
+    lambda x: x[0] / (7 + x[1] ** 2) - 2 * x[1] + 1 / (12 - x[0]),
+    lambda x: (x[0] - x[1]) ** 3 * (x[0] + 0.1) ** 2 - x[1] * x[0],
+)
 SMOOTH = (
-    lambda x: ca.sin(x[0]) * ca.cos(x[1]) - x[0] ** 2 / (2 + x[1] ** 2),
-    lambda x: ca.sqrt(1 + x[0] ** 2) + x[1] ** 3 - 2 * x[0],
+    lambda x: ca.sin(x[0]) * ca.cos(x[1]) - x[0] ** 2 / (2 + x[1] ** 2 / 9),
+    lambda x: ca.sqrt(12 + x[0] * x[1]) + x[1] ** 3 - 2 * x[0],
     lambda x: 1 / (3 + ca.cos(x[0])) - x[1] * x[0] + ca.sin(-x[1]),
 )
 
 
-@given(ENDS, ENDS, st.floats(0, 1), st.floats(0, 1), st.sampled_from(SMOOTH))
-def test_intervals_hold_every_value_and_derivative(a, b, s, t, make):
-    f = function(make)
-    whole = evaluated(program_of(f), (a, b))
-    point = [min(side.high, side.low + u * (side.high - side.low)) for side, u in ((a, s), (b, t))]
-    x = ca.SX.sym("x", 2)
-    slopes = ca.Function("g", [x], [ca.gradient(f(x), x)])(point)
-    for value, range_ in zip(
-        (f(point), slopes[0], slopes[1]), (whole.value, *whole.slopes), strict=True
-    ):
-        slack = 1e-12 * (1 + abs(float(value)))
-        assert range_.low - slack <= float(value) <= range_.high + slack
+def inside(side, share):
+    return min(side[1], side[0] + share * (side[1] - side[0]))
 
 
-@given(ENDS)
-def test_waves_are_within_their_ranges_and_reach_them(side):
-    for wave, range_ in ((math.sin, side.sine()), (math.cos, side.cosine())):
-        values = [wave(side.low + k / 200 * (side.high - side.low)) for k in range(201)]
-        assert range_.low <= min(values) and max(values) <= range_.high
-        assert range_.high - max(values) < 3e-4 and min(values) - range_.low < 3e-4
+def distances(box, point):
+    """Return exactly where a point is between the middle of a box and its ends, from -1 to 1."""
+    away = []
+    for p, (low, high) in zip(point, box, strict=True):
+        middle = low + (high - low) / 2
+        radius = math.nextafter(max(high - middle, middle - low), math.inf)
+        away.append((Fraction(p) - Fraction(middle)) / Fraction(radius))
+    return away
 
 
-def test_division_by_an_interval_with_zero_is_rejected():
+def exactly(program, point):
+    """Follow a program of sums, products and quotients in rational numbers."""
+    operations = {
+        "add": lambda x, y: x + y,
+        "sub": lambda x, y: x - y,
+        "mul": lambda x, y: x * y,
+        "div": lambda x, y: x / y,
+        "neg": lambda x: -x,
+        "sq": lambda x: x * x,
+        "twice": lambda x: 2 * x,
+        "inv": lambda x: 1 / x,
+    }
+    places = {}
+    for name, place, taken in program:
+        if name == "const":
+            places[place] = Fraction(float.fromhex(taken[0]))
+        elif name == "input":
+            places[place] = Fraction(point[taken[0]])
+        elif name == "output":
+            return places[taken[0]]
+        else:
+            places[place] = operations[name](*(places[k] for k in taken))
+    raise AssertionError
+
+
+def polynomial_at(polynomials, model, at):
+    """Return the polynomial of a model exactly."""
+    total = Fraction(0)
+    for k, c in model.terms.items():
+        term = Fraction(c)
+        for i, d in enumerate(at):
+            term *= d ** (k // polynomials.base**i % polynomials.base)
+        total += term
+    return total
+
+
+@given(SIDES, SIDES, SHARES, SHARES, st.sampled_from(RATIONAL), st.integers(1, 5))
+def test_taylor_model_is_within_its_error_of_exact_values(a, b, s, t, make, degree):
+    program, box = program_of(function(make)), (a, b)
+    point = [inside(side, u) for side, u in zip(box, (s, t), strict=True)]
+    polynomials = Polynomials(2, degree)
+    model = polynomials.evaluated(program, box)
+    value = exactly(program, point)
+    away = abs(value - polynomial_at(polynomials, model, distances(box, point)))
+    assert away <= Fraction(model.error)
+    assert Fraction(polynomials.lowest(model)) <= value
+
+
+@settings(deadline=None)  # The first call imports flint.
+@given(SIDES, SIDES, SHARES, SHARES, st.sampled_from(SMOOTH), st.integers(1, 6))
+def test_bounds_of_both_arithmetics_are_below_every_value(a, b, s, t, make, degree):
+    f, box = function(make), (a, b)
+    value = float(f([inside(side, u) for side, u in zip(box, (s, t), strict=True)]))
+    polynomials = Polynomials(2, degree)
+    try:
+        lowest = polynomials.lowest(polynomials.evaluated(program_of(f), box))
+    except Rejected:
+        lowest = -math.inf
+    assert lowest <= value + 1e-12 * (1 + abs(value))
+    pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
+    from painleve_sym.certify.ball_polynomials import BallPolynomials
+
+    balls = BallPolynomials(2, degree)
+    bound = balls.lower_bound(balls.results(program_of(f), box))
+    assert bound <= value + 1e-12 * (1 + abs(value))
+    # What balls prove, the checker confirms.
+    assert bound < 1e-9 or lowest >= bound / 2
+
+
+def test_bounds_come_near_the_least_value_with_the_power_of_the_degree():
+    f, errors = function(lambda x: ca.sin(x[0]) / (2 + x[0]), 1), []
+    for half in (0.2, 0.1):
+        box = [(0.7 - half, 0.7 + half)]
+        errors.append(Polynomials(1, 4).evaluated(program_of(f), box).error)
+    assert errors[0] / errors[1] == pytest.approx(2**5, rel=0.2)
+
+
+def test_division_by_what_may_be_zero_is_rejected():
+    box = ((1.0, 2.0), (-1.0, 1.0))
     with pytest.raises(Rejected, match="divide by 0"):
-        evaluated(program_of(function(lambda x: x[0] / x[1])), (Interval(1, 2), Interval(-1, 1)))
+        Polynomials(2, 3).evaluated(program_of(function(lambda x: x[0] / x[1])), box)
     with pytest.raises(Rejected, match="negative number"):
-        evaluated(program_of(function(lambda x: ca.sqrt(x[0]))), (Interval(-1, 1), Interval(0, 1)))
+        Polynomials(2, 3).evaluated(program_of(function(lambda x: ca.sqrt(x[1]))), box)
 
 
 def test_operation_without_bounds_is_an_error():
@@ -84,6 +160,9 @@ def test_verdicts_are_those_of_closed_forms():
     # It touches 0, which no bound decides.
     touching = proved(lambda x: (x[0] - x[1]) ** 2, box, max_pieces=50)
     assert touching.verdict == "undecided" and touching.certificate is None
+    assert touching.piece is not None
+    late = proved(lambda x: (x[0] - x[1]) ** 2, box, max_seconds=0.0)
+    assert late.verdict == "undecided" and late.piece == box
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +205,10 @@ CHANGES = {
     "no result": (lambda c: c["program"].pop(), "no result"),
     "words": (lambda c: c.__setitem__("over", "all"), "damaged"),
     "side": (lambda c: c["tree"].__setitem__(0, 7), "damaged"),
+    "degree": (lambda c: c.__setitem__("degree", 17), "the degree 17"),
+    "lower degree": (lambda c: c.__setitem__("degree", 1), "not confirmed"),
+    "ends": (lambda c: c["over"].__setitem__("y", [1.0, 0.2]), "wrong order"),
+    "infinite": (lambda c: c["over"].__setitem__("y", [0.2, math.inf]), "no finite value"),
 }
 
 
@@ -140,8 +223,8 @@ def test_forged_certificate_is_rejected(certificate, name):
 
 
 def test_halves_share_their_border():
-    left, right = halves([Interval(0.0, 1.0), Interval(2.0, 4.0)], 1)
-    assert left[1].high == right[1].low == 3.0 and left[0] == right[0] == (0.0, 1.0)
+    left, right = halves([(0.0, 1.0), (2.0, 4.0)], 1)
+    assert left[1][1] == right[1][0] == 3.0 and left[0] == right[0] == (0.0, 1.0)
 
 
 def test_rod_is_proved_below_its_threshold_and_refuted_above(capsys, tmp_path):

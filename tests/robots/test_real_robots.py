@@ -164,3 +164,18 @@ def test_table_of_the_page_is_that_of_the_script(study, folder):
         numbers = (f"{row['mu_P']:.3f}", f"{row['least_over_normals']:.3f}")
         assert tuple(cells[3:5]) == numbers
         assert cells[5].replace(" ", "") == f"{row['share_at_risk']:.0%}"
+
+
+@pytest.mark.parametrize(("title", "mu"), [("ANYmal C", 0.5), ("Go2", 1.5), ("HyQ", 1.0)])
+def test_leg_is_proved_over_a_box(study, folder, title, mu):
+    pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
+    from painleve_sym.certify.checker import check
+    from painleve_sym.certify.proof import prove_positive
+
+    contact = study.contact_of(case_of(study, title), folder)
+    leg = contact.dynamics.contacts[0].frame[:2]
+    over = {n: (v - 0.05, v + 0.05) for n, v in contact.values.items() if n in contact.joints}
+    over = {n: ends for n, ends in over.items() if n.startswith(leg)}
+    assert len(over) == 3
+    proof = prove_positive(contact.positive_function(over, mu)[0], over, title)
+    assert proof.verdict == "proved" and check(proof.certificate) == proof.pieces <= 3
