@@ -313,7 +313,7 @@ def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
 @pytest.mark.parametrize(
     ("scenario", "kinds"),
     [
-        (
+        pytest.param(
             Scenario(
                 "block-two-feet",
                 {"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3},
@@ -321,6 +321,7 @@ def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
                 t_end=0.6,
             ),
             {"touchdown", "impact"},
+            marks=pytest.mark.slow,
         ),
         (
             Scenario(

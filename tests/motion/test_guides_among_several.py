@@ -169,6 +169,7 @@ friction = "mu_B"
 """
 
 
+@pytest.mark.slow
 def test_feet_that_stick_beside_a_guide_leave_its_force_open_and_one_rests_at_its_bound():
     """Three level forces, two coordinates: engines stopped, or lost their step, in such states."""
     body = mechanism_from_text(GUIDED, name="guided")
