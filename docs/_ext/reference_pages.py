@@ -210,7 +210,7 @@ ROBOT = (
     "--contact-velocity 0,1,0"
 )
 OUTPUTS: Mapping[str, tuple[str, ...]] = {
-    "models": ("models",),
+    "models": ("models", "models examples/mechanisms/tumbling-brick.toml"),
     "laws": ("laws",),
     "materials": ("materials",),
     "derive": ("derive rod",),
