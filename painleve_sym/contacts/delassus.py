@@ -358,7 +358,7 @@ class Delassus:
 class NumericalMechanism(Mechanism):
     """A mechanism without formulas: names, and the numbers of its contacts.
 
-    Made by `deferred`, whose `make` says that there are no formulas.
+    Made by `deferred`, whose `make` raises an error.
 
     Attributes
     ----------
@@ -368,7 +368,7 @@ class NumericalMechanism(Mechanism):
     numbers: Delassus = field(kw_only=True)
 
     def __eq__(self, other: object) -> bool:
-        """Whether it is the same object: there are no formulas to compare."""
+        """Whether it is the same object, since it has no formulas to compare."""
         return self is other
 
     __hash__ = object.__hash__

@@ -416,7 +416,7 @@ class LagrangianSystem:
 
     @property
     def N(self) -> sp.Matrix:
-        """Of q̇ = N(q) u: the identity where there are no quaternions."""
+        """Of q̇ = N(q) u: the identity without quaternions."""
         return sp.Matrix([[sp.diff(self.rates[q], u) for u in self.q_dot] for q in self.q])
 
     def slopes(self, formula: Scalar) -> list[sp.Expr]:
