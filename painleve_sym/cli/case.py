@@ -22,6 +22,8 @@ _OPTIONS = (
     *("restitution", "rule", "material", "contact", "close", "contact_velocity", "law"),
 )
 """Options that give a field of the scenario."""
+_OF_ROBOTS = ("classify", "jump")
+"""Commands that take the contact of a robot."""
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
@@ -68,6 +70,8 @@ def _base(case: str, command: str) -> Scenario:
     if case.endswith(".toml") and _describes_mechanism(case):
         return Scenario(model=case, where=f"{command} {case}")
     if is_robot_file(case):
+        if command not in _OF_ROBOTS:
+            model(case)  # says that a robot has no formulas
         return Scenario(model=case, where=f"{command} {case}")
     named = case.partition(":")[0] in NAMED
     if case.endswith(".toml") or "/" in case or (not named and os.path.isfile(case)):

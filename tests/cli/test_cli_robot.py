@@ -209,6 +209,7 @@ radius = "1 cm"
         (("classify", *PLACE, "--contact-velocity=-1,0,0"), "normal velocity -1 m/s, need 0"),
         (("contrast", *PLACE[:3], "--set", "mu=2"), "Fix: use robot, classify or jump"),
         (("derive", DOG), "the file of a robot, which has no formulas"),
+        (("simulate", DOG, "--law", "hertz"), "the file of a robot, which has no formulas"),
         (("classify", "absent.urdf", "--contact", "foot"), "No such file"),
     ],
 )
