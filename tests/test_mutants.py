@@ -9,7 +9,7 @@ MUTANTS = read_mutants()
 
 
 def test_list_is_long_enough_and_names_are_different():
-    assert len(MUTANTS) >= NEEDED + 2
+    assert 0.9 <= NEEDED < 1 and len(MUTANTS) >= 200
     assert len({m.name for m in MUTANTS}) == len(MUTANTS)
 
 
