@@ -64,6 +64,9 @@ class LawsByContact(Mapping[str, Law]):
         self.parameters = tuple({p.name: p for p in every}.values())
         self.choices = choices_by_contact(self._laws)
 
+    def __repr__(self) -> str:
+        return f"LawsByContact {self.name!r}"
+
     def __getitem__(self, contact: str) -> Law:
         return self._laws[contact]
 

@@ -9,7 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from painleve_sym.contacts.classify import Classification
+from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.impact.jump import JumpResult, in_each_direction
+from painleve_sym.contacts.problem import ContactSolution
+from painleve_sym.contacts.spatial_problem import SpatialSolution
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -92,26 +95,37 @@ def _mechanism(mechanism: Mechanism) -> list[str]:
     ]
 
 
-def _classification(classification: Classification) -> list[str]:
+def _classification(classification: Classification | SpatialClassification) -> list[str]:
     """Return what the case means, and every solution with its forces and accelerations."""
     sentence = f"<p>{escape(classification.case.sentence)}</p>"
-    if not classification.solutions:
+    solutions: Sequence[ContactSolution | SpatialSolution] = classification.solutions
+    if not solutions:
         return [sentence]
-    head = ("solution", "contact", "mode", "F_n (N)", "F_t (N)", "a_n (m/s²)", "a_t (m/s²)")
+    in_space = isinstance(classification, SpatialClassification)
+    axes = ("n", "1", "2") if in_space else ("n", "t")
+    head = ("solution", "contact", "mode", *(f"F_{k} (N)" for k in axes))
     rows = [
         (str(i), name, mode.value, *(f"{v:.6g}" for v in numbers))
-        for i, s in enumerate(classification.solutions, 1)
-        for name, mode, *numbers in zip(
-            classification.contacts,
-            s.modes,
-            s.normal_forces,
-            s.tangential_forces,
-            s.normal_accelerations,
-            s.tangential_accelerations,
-            strict=True,
+        for i, s in enumerate(solutions, 1)
+        for name, mode, numbers in zip(
+            classification.contacts, s.modes, _forces_and_accelerations(s), strict=True
         )
     ]
-    return [sentence, _table(head, rows)]
+    return [sentence, _table((*head, *(f"a_{k} (m/s²)" for k in axes)), rows)]
+
+
+def _forces_and_accelerations(solution: ContactSolution | SpatialSolution) -> list[list[float]]:
+    """Return the forces, then the accelerations, of each contact."""
+    if isinstance(solution, SpatialSolution):
+        both = zip(solution.forces, solution.accelerations, strict=True)
+        return [[*force.tolist(), *acceleration.tolist()] for force, acceleration in both]
+    numbers = (
+        solution.normal_forces,
+        solution.tangential_forces,
+        solution.normal_accelerations,
+        solution.tangential_accelerations,
+    )
+    return [list(row) for row in zip(*(n.tolist() for n in numbers), strict=True)]
 
 
 def _jump(jump: JumpResult) -> list[str]:
@@ -152,6 +166,7 @@ _PARTS: dict[type, Callable[[Any], list[str]]] = {
     EventRecord: _event,
     Mechanism: _mechanism,
     Classification: _classification,
+    SpatialClassification: _classification,
     JumpResult: _jump,
     RegionMap: _map,
 }

@@ -64,7 +64,7 @@ _SINGULAR = 1e-9
 _IMPACT = ("restitution", "velocity", "normal_impulse", "tangential_impulse", "energy_change")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ContactRisk:
     """The contact of a robot at a pose.
 
@@ -102,6 +102,14 @@ class ContactRisk:
     gradient: dict[str, float]
     impact: Impact | None
 
+    def __repr__(self) -> str:
+        """Return the critical friction and the worst direction in one line."""
+        worst = f"worst slip at {math.degrees(self.direction):.4g} deg from t1"
+        if self.half_angle:
+            worst += f", A < 0 within {math.degrees(self.half_angle):.4g} deg of it"
+        least = f"least over normals {self.least_over_normals:.6g}"
+        return f"ContactRisk mu_P = {self.mu_P:.6g}, {least}, {worst}"
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; infinite numbers are None."""
         return {
@@ -134,7 +142,7 @@ class LeastRisk:
         return {"mu_P": finite(self.mu_P), "joints": self.joints}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RobotContact:
     """A contact of a robot at a pose; `Robot.contact` makes it.
 
@@ -151,6 +159,13 @@ class RobotContact:
     dynamics: RobotDynamics
     values: Mapping[str, float]
     stuck: bool = False
+
+    def __repr__(self) -> str:
+        """Return the contact, the others and the robot in one line."""
+        contact, *others = (c.frame for c in self.dynamics.contacts)
+        kind = "stuck" if self.stuck else "free"
+        beside = f", {kind}: {', '.join(others)}" if others else ""
+        return f"RobotContact {contact!r} of {self.dynamics.tree!r}{beside}"
 
     @cached_property
     def _delassus(self) -> Delassus:
@@ -557,7 +572,7 @@ def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:
     return solve_impact(rows, mu, (0.0, math.cos(direction), math.sin(direction)))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot of a URDF or MJCF file; `robot` reads it.
 
@@ -579,6 +594,10 @@ class Robot:
 
     tree: RobotTree
     where: str = field(default="robot")
+
+    def __repr__(self) -> str:
+        """Return name, kind of base and number of joints in one line."""
+        return repr(self.tree).replace("RobotTree", "Robot", 1)
 
     @property
     def joints(self) -> dict[str, Joint]:
@@ -664,7 +683,7 @@ class Robot:
             raise InputError(f"{where}: nothing moves. Fix: lock fewer joints.")
         at = dict.fromkeys(dynamics.outline.argument_names, 0.0) | values
         if tree.floating:
-            at |= dict(zip(BASE[3:], base, strict=True))
+            at |= dict(zip(BASE[3:], base.tolist(), strict=True))
         # The first tangent is the axis x as the surface sees it, where that is not its normal.
         along = np.array([0.0, 1.0, 0.0] if abs(axis[0]) > 0.9 else [1.0, 0.0, 0.0])
         along = along - (along @ axis) * axis

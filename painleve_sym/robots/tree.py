@@ -129,7 +129,7 @@ class Pose:
     base: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RobotTree:
     """Bodies of a robot, each after its parent, and its frames by name.
 
@@ -155,6 +155,11 @@ class RobotTree:
     poses: Mapping[str, Pose] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     notices: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return name, kind of base and number of joints in one line."""
+        base = "floating" if self.floating else "fixed"
+        return f"{type(self).__name__} {self.name!r}: {base} base, {len(self.joints)} joints"
 
     @cached_property
     def joints(self) -> dict[str, Joint]:

@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import pickle
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from painleve_sym.mechanics.models import MODELS
 from tests.languages import HOSTILE, html_faults
 from tests.support.paper_law import paper_law
 
+ROOT = Path(__file__).parents[2]
 START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 STIFF = {"E": 20.9e14}
 
@@ -55,7 +57,19 @@ def results():
     critical = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
     jump, classified = ps.evaluate_jump(rod, "energetic", START), ps.classify(rod, critical)
     impact = ps.solve_impact(np.eye(2), 0.5, (-1.0, 1.0), e=0.5)
+    robot = ps.robot(ROOT / "examples/robots/quadruped.urdf")
+    feet = robot.contact(["LF_foot", "RH_foot"], pose="standing", others="stuck")
     return [
+        *(
+            robot,
+            robot.tree,
+            feet,
+            feet.risk(),
+            feet.risk(2.5),
+            ps.contact(np.eye(3), (1, 0, 0), 1.0),
+        ),
+        ps.LawsByContact({"A": law, "B": ps.laws.rigid()}),
+        ps.classify("rod-3d", {"theta": 0.5, "x_A_dot": -1.0}),
         *(rod, law, ps.laws.rigid(), ps.Simulator(rod, law), rod.contact, ps.material("steel")),
         *(classified, *classified.solutions, jump, *jump.phases, impact),
         ps.classify("block-two-feet", {"x_A_dot": -1.0}),
