@@ -71,6 +71,11 @@ def robot(arguments: argparse.Namespace) -> int:
             data["trajectory"] = motion.to_dict()
         print_json(data | {"notices": list(report.notices)})
         return 0
+    show(report.title)
+    if not (arguments.joints or arguments.pose):
+        poses = ", ".join(one.tree.poses)
+        more = f"; --pose takes {poses}" if poses else ""
+        show(f"pose: every joint at 0 or at the limit nearest to it{more}")
     _show(report)
     if solved is not None:
         _show_answer(solved)
@@ -167,7 +172,6 @@ def _show_motion(motion: RiskTrajectory) -> None:
 
 def _show(report: RiskReport) -> None:
     risk = report.risk
-    show(report.title)
     show()
     show("mobility W with the rows n, t1, t2, 1/kg")
     show_table(("",) * 3, [[number(v, 9) for v in row] for row in risk.W.tolist()], left=())
