@@ -32,7 +32,7 @@ class PositiveFunction(NamedTuple):
     function : casadi.Function
         Of the quantities of a box in their order, one vector, to as many numbers as conditions.
     conditions : tuple of str
-        Meaning of each number where it is positive: of the domain, of the mass matrix, `NO_PARADOX`.
+        Meaning of each number where it is positive; the last is `NO_PARADOX`.
     fixed : dict of str to float
         Values of what does not vary.
     """
