@@ -27,7 +27,7 @@ from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.one_contact import Impact, solve_impact
-from painleve_sym.contacts.impact.within_plane import moving_tangent
+from painleve_sym.contacts.impact.within_plane import in_plane, is_regular, moving_tangent
 from painleve_sym.contacts.positive import (
     NO_PARADOX,
     PositiveFunction,
@@ -562,10 +562,15 @@ class RobotContact:
 
 
 def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:
-    """Return the impact without collision of slip at 1 m/s; None where W is singular."""
+    """Return the impact without collision of slip at 1 m/s; None where the contact cannot slip so.
+
+    It can where W is regular, or where it is in the plane of the normal and its one tangent.
+    """
     rows = W.tolist()
-    if spatial_mobility_faults(rows) and moving_tangent(rows) is None:
-        return None
+    if spatial_mobility_faults(rows, definite=True):
+        tangent = moving_tangent(rows)
+        if tangent is None or not is_regular(in_plane(rows, tangent)):
+            return None
     return solve_impact(rows, mu, (0.0, math.cos(direction), math.sin(direction)))
 
 
