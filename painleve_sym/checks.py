@@ -17,6 +17,8 @@ SYMMETRY = 1e-9
 """Of the roots of the diagonal of a mobility: roundings of a mass-matrix inverse."""
 INDEFINITE = 1e-12
 """Per row, on a mobility scaled to a diagonal of ones."""
+OBLIQUE = 1e-6
+"""Least determinant of W_tt, scaled so, of a W of rank two: W_tt⁻¹ loses six digits there."""
 
 
 def checked_number(
@@ -127,9 +129,15 @@ def names_of(value: Any, where: str, example: str = "theta,mu") -> tuple[str, ..
     raise InputError(f"{where}: got {received(value)}, need names, such as {example!r}.")
 
 
-def spatial_mobility_faults(W: Sequence[Sequence[float]]) -> list[str]:
-    """Return a sentence where the mobility of a contact in space is not positive definite."""
+def spatial_mobility_faults(W: Sequence[Sequence[float]], *, definite: bool = False) -> list[str]:
+    """Return a sentence where the mobility of a contact in space is not positive semidefinite.
+
+    Its block W_tt has to be positive definite; with `definite` all of W.
+    """
     scales = [math.sqrt(max(W[i][i], 0.0)) for i in range(3)]
+    if scales[0] == 0.0 and not definite and not any(W[0]):
+        # A contact that nothing moves along its normal.
+        scales[0] = 1.0
     if min(scales) > 0:
         nn, n1, n2, m1, one, m12, m2, m21, two = (
             w / a / b
@@ -139,12 +147,14 @@ def spatial_mobility_faults(W: Sequence[Sequence[float]]) -> list[str]:
         det = one * two - m12 * m21
         whole = nn * det - n1 * (m1 * two - m12 * m2) + n2 * (m1 * m21 - one * m2)
         uneven = max(abs(n1 - m1), abs(n2 - m2), abs(m12 - m21))
-        if min(det, whole, nn * one - n1 * m1) > INDEFINITE and uneven <= SYMMETRY:
+        regular = min(det, whole, nn * one - n1 * m1) > INDEFINITE
+        singular = abs(whole) <= INDEFINITE and det > OBLIQUE
+        if (regular or (singular and not definite)) and uneven <= SYMMETRY:
             return []
     return [
-        f"mobility: got W = {W!r}, need a symmetric positive definite matrix. Fix: compute "
-        "it as J M^-1 J' with a positive definite mass matrix M and independent rows of J; a "
-        "contact that can only move on a surface at an angle to its own has none."
+        f"mobility: got W = {W!r}, need a symmetric positive semidefinite matrix, with W_tt "
+        "positive definite or of rank one. Fix: compute it as J M^-1 J' with a positive definite "
+        "mass matrix M."
     ]
 
 

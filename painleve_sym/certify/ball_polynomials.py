@@ -43,13 +43,13 @@ class BallPolynomials:
 
     def results(
         self, program: Sequence[Step], box: Sequence[Side], deadline: float = math.inf
-    ) -> Polynomial:
-        """Return the polynomial of a program on a box.
+    ) -> list[Polynomial]:
+        """Return the polynomials of the results of a program on a box; nan where it has none.
 
         TimeoutError where `time.thread_time` passes the deadline.
         """
         places: dict[int, Polynomial] = {}
-        result: Polynomial = {0: _NAN}
+        results: dict[int, Polynomial] = {}
         for count, (name, place, taken) in enumerate(program):
             if count % _STEPS == 0 and time.thread_time() > deadline:
                 raise TimeoutError
@@ -58,13 +58,12 @@ class BallPolynomials:
             elif name == "input":
                 places[place] = self._quantity(taken[0], box)
             elif name == "output":
-                result = places[taken[0]]
-            else:
+                results[place] = places[taken[0]]
+            elif all(places[k][0].is_finite() for k in taken):
                 places[place] = self._apply(name, [places[k] for k in taken])
-                if not places[place][0].is_finite():
-                    # The result depends on every step.
-                    return {0: _NAN}
-        return result
+            else:
+                places[place] = {0: _NAN}
+        return [results[k] for k in range(len(results))]
 
     def lower_bound(self, x: Polynomial) -> float:
         """Return a number that the function does not fall below; −∞ where there is none."""

@@ -1,8 +1,8 @@
 """Checker of certificates: polynomials of floating-point numbers, with Python's own library alone.
 
 It shares nothing with what made the certificate: other numbers, and another account of errors. A
-certificate says that a function is positive on a box. It has the function as elementary operations,
-and a tree of bisections, whose leaves bound the function from below.
+certificate says that conditions hold on a box: functions that are positive. It has the functions as
+elementary operations, and a tree of bisections, whose leaves bound each of them from below.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from math import inf, nextafter
 from typing import Any, NamedTuple
 
-FORMAT = "painleve-certificate 1"
+FORMAT = "painleve-certificate 2"
 Side = tuple[float, float]
 """Ends of a quantity."""
 MAX_DEGREE = 16
@@ -84,22 +84,20 @@ class Polynomials:
         self.one = self.base**n
         self.end = self.base * self.one
 
-    def evaluated(self, program: Sequence[Sequence[Any]], box: Sequence[Side]) -> TaylorModel:
-        """Return the model of a program on a box."""
+    def evaluated(self, program: Sequence[Sequence[Any]], box: Sequence[Side]) -> list[TaylorModel]:
+        """Return the models of the results of a program on a box."""
         places: dict[int, TaylorModel] = {}
-        result: TaylorModel | None = None
+        results: dict[int, TaylorModel] = {}
         for name, place, taken in program:
             if name == "const":
                 places[place] = _number(_finite(float.fromhex(taken[0])))
             elif name == "input":
                 places[place] = self.quantity(taken[0], box)
             elif name == "output":
-                result = places[taken[0]]
+                results[place] = places[taken[0]]
             else:
                 places[place] = self._apply(name, [places[k] for k in taken])
-        if result is None:
-            raise Rejected("the program has no result")
-        return result
+        return [results[k] for k in range(len(results))]
 
     def quantity(self, i: int, box: Sequence[Side]) -> TaylorModel:
         """Return the model of a quantity itself."""
@@ -286,13 +284,22 @@ def check(certificate: Mapping[str, Any]) -> int:
             and math.comb(len(box) + degree, degree) <= MAX_TERMS
         ):
             raise Rejected(f"its polynomials have the degree {degree!r}, or too many terms")
+        conditions, program = certificate["conditions"], certificate["program"]
+        if not conditions or sum(step[0] == "output" for step in program) != len(conditions):
+            raise Rejected("its program has not one result for each condition")
         polynomials = Polynomials(len(box), degree)
-        return _verified(polynomials, certificate["program"], box, certificate["tree"])
+        return _verified(polynomials, program, box, certificate["tree"], conditions)
     except (KeyError, TypeError, ValueError, IndexError, ArithmeticError, AttributeError) as error:
         raise Rejected(f"it is damaged: {type(error).__name__}") from error
 
 
-def _verified(polynomials: Polynomials, program: Any, box: list[Side], tree: Sequence[Any]) -> int:
+def _verified(
+    polynomials: Polynomials,
+    program: Any,
+    box: list[Side],
+    tree: Sequence[Any],
+    conditions: Sequence[str],
+) -> int:
     waiting, pieces = [box], 0
     for node in tree:
         if not waiting:
@@ -301,12 +308,16 @@ def _verified(polynomials: Polynomials, program: Any, box: list[Side], tree: Seq
         if isinstance(node, int):
             waiting += reversed(halves(piece, node))
             continue
-        claimed = float.fromhex(node)
-        if not claimed > 0:
-            raise Rejected(f"a bound is not positive: {claimed:g}")
-        own = polynomials.lowest(polynomials.evaluated(program, piece))
-        if not own >= claimed:
-            raise Rejected(f"a bound is not confirmed: {claimed:g} is claimed, {own:g} proved")
+        models = polynomials.evaluated(program, piece)
+        for condition, text, model in zip(conditions, node, models, strict=True):
+            claimed, own = float.fromhex(text), polynomials.lowest(model)
+            if not claimed > 0:
+                raise Rejected(f"a bound is not positive: {claimed:g}, of {condition}")
+            if not own >= claimed:
+                raise Rejected(
+                    f"a bound is not confirmed: {claimed:g} is claimed, {own:g} proved, of "
+                    f"{condition}"
+                )
         pieces += 1
     if waiting:
         raise Rejected("its pieces do not cover the box")

@@ -1,8 +1,8 @@
-"""Proof that a function is positive on a box, by ball arithmetic on pieces of it.
+"""Proof that conditions hold on a box, functions that are positive, by ball arithmetic on pieces.
 
-The box is halved until polynomials with balls as coefficients show that the function is positive
-on each piece, or balls that it is negative at the middle of one. The piece with the worst bound
-comes first.
+The box is halved until polynomials with balls as coefficients show that each function is positive
+on each piece, or balls that one is negative at the middle of one, where those before it are
+positive. The earliest condition comes first, and of it the piece with the worst bound.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import enum
 import heapq
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import casadi as ca
 
@@ -33,12 +33,14 @@ MAX_QUANTITIES = 16
 """Sides of a box."""
 _TERMS = 40
 """Terms of a polynomial: its degree is the largest one with as many, but 3 to 10."""
+_NARROW = 2.0**-50
+"""Part of a quantity, and of its side of the box, below which a side is not halved."""
 _SHARE = 0.5
 """Part of a proven bound that is claimed: another C library has other sines."""
 
 
 class Verdict(enum.StrEnum):
-    """End of an attempt to prove that a function is positive on a box."""
+    """End of an attempt to prove that conditions hold on a box."""
 
     PROVED = "proved"
     REFUTED = "refuted"
@@ -47,15 +49,17 @@ class Verdict(enum.StrEnum):
 
 @dataclass(frozen=True)
 class Proof:
-    """Result of an attempt to prove that a function is positive on a box.
+    """Result of an attempt to prove that conditions hold on a box.
 
     Attributes
     ----------
     verdict : Verdict
     pieces : int
-        Pieces of the box on which the function is proved to be positive.
+        Pieces of the box on which they are proved.
     piece : dict of str to tuple of float or None
-        The piece that refutes it, or that stays undecided; None for a proof.
+        The piece that refutes one, or on which it stays undecided; None for a proof.
+    condition : str or None
+        That condition.
     certificate : dict or None
         What `checker.check` verifies; None without a proof.
     """
@@ -63,27 +67,37 @@ class Proof:
     verdict: Verdict
     pieces: int
     piece: dict[str, tuple[float, float]] | None
+    condition: str | None
     certificate: dict[str, Any] | None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, without the certificate."""
         piece = None if self.piece is None else {n: list(ends) for n, ends in self.piece.items()}
-        return {"verdict": self.verdict.value, "pieces": self.pieces, "piece": piece}
+        return {
+            "verdict": self.verdict.value,
+            "pieces": self.pieces,
+            "piece": piece,
+            "condition": self.condition,
+        }
 
 
 def prove_positive(
     function: ca.Function,
+    conditions: Sequence[str],
     over: Mapping[str, tuple[float, float]],
     claim: str,
     max_pieces: int = MAX_PIECES,
     max_seconds: float = MAX_SECONDS,
 ) -> Proof:
-    """Return whether a function of one vector is positive on a box.
+    """Return whether all results of a function of one vector are positive on a box.
 
     Parameters
     ----------
     function : casadi.Function
-        Of SX operations, of the quantities of the box in their order to one number.
+        Of SX operations, of the quantities of the box in their order to one vector.
+    conditions : sequence of str
+        What each of its results says where it is positive. One is refuted only where those before
+        it hold.
     over : mapping of str to (float, float)
         Ends of each quantity.
     claim : str
@@ -113,39 +127,58 @@ def prove_positive(
         time.thread_time() + max_seconds,
     )
     cuts: dict[int, int] = {}
-    bounds: dict[int, float] = {}
+    bounds: dict[int, list[float]] = {}
 
-    def ended(verdict: Verdict, piece: list[Side]) -> Proof:
-        return Proof(verdict, len(bounds), dict(zip(over, piece, strict=True)), None)
+    def ended(verdict: Verdict, piece: list[Side], which: int) -> Proof:
+        where = dict(zip(over, piece, strict=True))
+        return Proof(verdict, len(bounds), where, conditions[which], None)
 
-    # Pieces to halve, the one with the worst bound first; the halves of piece k are 2k and 2k + 1.
-    waiting: list[tuple[float, int, list[Side], int]] = []
-    fresh = [(1, box)]
+    # Pieces to halve, those of the first condition first, and the one with the worst bound first;
+    # the halves of piece k are 2k and 2k + 1.
+    waiting: list[tuple[int, float, int, list[Side], int]] = []
+    fresh, which = [(1, box)], 0
     with progress("certify", unit=" pieces") as advance:
         while fresh:
             for place, piece in fresh:
                 try:
-                    bound, at_middle, across = judge(piece)
+                    own = judge(piece)
                 except TimeoutError:
-                    return ended(Verdict.UNDECIDED, piece)
-                if bound * _SHARE > 0:
-                    bounds[place] = bound * _SHARE
+                    return ended(Verdict.UNDECIDED, piece, which)
+                if isinstance(own, list):
+                    bounds[place] = [bound * _SHARE for bound in own]
                     advance(1)
-                elif at_middle < 0:
-                    return ended(Verdict.REFUTED, piece)
+                elif own.fails:
+                    return ended(Verdict.REFUTED, piece, own.condition)
                 else:
-                    heapq.heappush(waiting, (bound, place, piece, across))
+                    heapq.heappush(waiting, (own.condition, own.bound, place, piece, own.across))
             fresh = []
             if waiting:
-                _, place, piece, across = heapq.heappop(waiting)
+                which, _, place, piece, across = heapq.heappop(waiting)
                 left, right = halves(piece, across)
-                stuck = any(a == b for a, b in (left[across], right[across]))
+                low, high = piece[across]
+                stuck = high - low <= _NARROW * max(
+                    abs(low), abs(high), box[across][1] - box[across][0]
+                )
                 if stuck or len(bounds) + len(waiting) + 2 > max_pieces:
-                    return ended(Verdict.UNDECIDED, piece)
+                    return ended(Verdict.UNDECIDED, piece, which)
                 cuts[place] = across
                 fresh = [(2 * place, left), (2 * place + 1, right)]
-    certificate = certificate_of(function, over, claim, degree, _tree(cuts, bounds))
-    return Proof(Verdict.PROVED, len(bounds), None, certificate)
+    tree = _tree(cuts, bounds)
+    certificate = certificate_of(function, conditions, over, claim, degree, tree)
+    return Proof(Verdict.PROVED, len(bounds), None, None, certificate)
+
+
+class _Open(NamedTuple):
+    """A piece on which not all conditions are proved.
+
+    The first of those, its lower bound, whether it fails in the middle of the piece where those
+    before it hold, and the side to halve.
+    """
+
+    condition: int
+    bound: float
+    fails: bool
+    across: int
 
 
 @dataclass(frozen=True)
@@ -158,30 +191,38 @@ class _Judge:
     box: list[Side]
     deadline: float
 
-    def __call__(self, piece: list[Side]) -> tuple[float, float, int]:
-        """Return a lower bound, an upper bound in the middle, and the side to halve.
+    def __call__(self, piece: list[Side]) -> list[float] | _Open:
+        """Return a positive lower bound of each condition, or what is still open.
 
-        Where the lower bound is positive, the others are not asked for. TimeoutError after the
-        deadline.
+        TimeoutError after the deadline.
         """
-        value = self.polynomials.results(self.program, piece, self.deadline)
-        bound = self.polynomials.lower_bound(value)
-        if bound * _SHARE > 0:
+        values = self.polynomials.results(self.program, piece, self.deadline)
+        bounds = [self.polynomials.lower_bound(value) for value in values]
+        if self._first_open(bounds) is None:
             # What balls prove is a piece of the certificate only where its checker confirms it.
-            bound = min(bound, self._confirmed(piece))
-        if bound * _SHARE > 0:
-            return bound, math.inf, 0
+            bounds = [min(pair) for pair in zip(bounds, self._confirmed(piece), strict=True)]
+        which = self._first_open(bounds)
+        if which is None:
+            return bounds
         middle = [(m, m) for m in (a + (b - a) / 2 for a, b in piece)]
-        at_middle = self.polynomials.results(self.program, middle, self.deadline)[0]
-        top = float(at_middle.upper()) if at_middle.is_finite() else math.inf
-        return bound, top, self._side(self.polynomials.influences(value), piece)
+        there = self.polynomials.results(self.program, middle, self.deadline)
+        # The first condition that is not proved there fails, or is undecided.
+        first = next((k for k, value in enumerate(there) if not value[0] > 0), which)
+        fails = bool(there[first][0] < 0)
+        across = self._side(self.polynomials.influences(values[which]), piece)
+        return _Open(first if fails else which, bounds[which], fails, across)
 
-    def _confirmed(self, piece: list[Side]) -> float:
-        """Return the bound of the checker; −∞ where it has none."""
+    def _first_open(self, bounds: list[float]) -> int | None:
+        return next((k for k, bound in enumerate(bounds) if not bound * _SHARE > 0), None)
+
+    def _confirmed(self, piece: list[Side]) -> list[float]:
+        """Return the bounds of the checker; where it has none, −∞ for the last condition."""
         try:
-            return self.checker.lowest(self.checker.evaluated(self.program, piece))
+            models = self.checker.evaluated(self.program, piece)
+            return [self.checker.lowest(model) for model in models]
         except (Rejected, ArithmeticError):
-            return -math.inf
+            count = sum(name == "output" for name, *_ in self.program)
+            return [*[math.inf] * (count - 1), -math.inf]
 
     def _side(self, influences: list[float], piece: list[Side]) -> int:
         """Return the side to halve: that of the quantity which moves the function most."""
@@ -207,8 +248,8 @@ def degree_for(n: int) -> int:
     return next((d for d in range(10, 3, -1) if math.comb(n + d, d) <= _TERMS), 3)
 
 
-def _tree(cuts: Mapping[int, int], bounds: Mapping[int, float]) -> list[int | str]:
-    tree: list[int | str] = []
+def _tree(cuts: Mapping[int, int], bounds: Mapping[int, list[float]]) -> list[int | list[str]]:
+    tree: list[int | list[str]] = []
     waiting = [1]
     while waiting:
         place = waiting.pop()
@@ -216,25 +257,27 @@ def _tree(cuts: Mapping[int, int], bounds: Mapping[int, float]) -> list[int | st
             tree.append(cuts[place])
             waiting += [2 * place + 1, 2 * place]
         else:
-            tree.append(bounds[place].hex())
+            tree.append([bound.hex() for bound in bounds[place]])
     return tree
 
 
 def certificate_of(
     function: ca.Function,
+    conditions: Sequence[str],
     over: Mapping[str, tuple[float, float]],
     claim: str,
     degree: int,
     tree: list[Any],
 ) -> dict[str, Any]:
-    """Return the certificate of a function on a box, with a tree of bisections and bounds.
+    """Return the certificate of conditions on a box, with a tree of bisections and bounds.
 
-    In the order of a walk that goes left first, the tree has the side that is halved, or as a text
-    the bound of a piece.
+    In the order of a walk that goes left first, the tree has the side that is halved, or as texts
+    the bounds of a piece, one of each condition.
     """
     certificate: dict[str, Any] = {
         "format": FORMAT,
         "claim": claim,
+        "conditions": list(conditions),
         "over": {n: [float(a), float(b)] for n, (a, b) in over.items()},
         "degree": degree,
         "program": [[name, place, list(taken)] for name, place, taken in program_of(function)],

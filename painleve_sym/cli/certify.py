@@ -17,13 +17,11 @@ from painleve_sym.cli.options import (
     unit_for,
 )
 from painleve_sym.cli.output import number, print_json, show, show_notices
-from painleve_sym.contacts.positive import positive_function
+from painleve_sym.contacts.positive import NO_PARADOX, PositiveFunction, positive_function
 from painleve_sym.errors import InputError
 from painleve_sym.files import read_text, write_beside
 
 if TYPE_CHECKING:
-    import casadi as ca
-
     from painleve_sym.certify.checker import Side
     from painleve_sym.certify.proof import Proof
 
@@ -41,9 +39,8 @@ def certify(arguments: argparse.Namespace) -> int:
     held: dict[str, float] = {}
     for option, texts in (("--state", arguments.state), ("--set", arguments.set)):
         held |= read_quantities(option, texts, units) if texts else {}
-    function, values = positive_function(mechanism, over, held)
-    claim = claim_of(mechanism.name, values)
-    return answer(arguments, mechanism.name, {"mechanism": mechanism.name}, claim, over, function)
+    positive = positive_function(mechanism, over, held)
+    return answer(arguments, mechanism.name, {"mechanism": mechanism.name}, over, positive)
 
 
 def read_box(texts: list[str], units: Callable[[], dict[str, str]]) -> dict[str, Side]:
@@ -58,29 +55,29 @@ def read_box(texts: list[str], units: Callable[[], dict[str, str]]) -> dict[str,
 def claim_of(contact: str, values: Mapping[str, float]) -> str:
     """Return what a certificate claims of a contact, for the values of what does not vary."""
     fixed = ", ".join(f"{n} = {v!r}" for n, v in sorted(values.items()))
-    return f"{contact}: A > 0 for every direction of slip, where {fixed}"
+    return f"{contact}: {NO_PARADOX}, where {fixed}"
 
 
 def answer(
     arguments: argparse.Namespace,
     title: str,
     data: dict[str, str],
-    claim: str,
     over: dict[str, Side],
-    function: ca.Function,
+    positive: PositiveFunction,
     notices: Sequence[str] = (),
 ) -> int:
-    """Say whether a function is positive on a box, or whether a certificate proves it.
+    """Say whether functions are positive on a box, or whether a certificate proves it.
 
     `data` comes first in JSON, `title` first in text, notices last. 0 where it is proved or
     verified, else 1.
     """
     from painleve_sym.certify.proof import Verdict, prove_positive
 
+    claim = claim_of(title, positive.fixed)
     if arguments.check is not None:
-        return _check(arguments, claim, over, function)
+        return _check(arguments, claim, over, positive)
     target = output_file("--out", arguments.out, (".json",)) if arguments.out else None
-    proof = prove_positive(function, over, claim)
+    proof = prove_positive(positive.function, positive.conditions, over, claim)
     written = target is not None and proof.certificate is not None
     if target is not None and written:
         content = (json.dumps(proof.certificate) + "\n").encode()
@@ -99,15 +96,15 @@ def _show(title: str, over: dict[str, Side], proof: Proof) -> None:
     ends = (f"{n} from {number(a)} to {number(b)}" for n, (a, b) in over.items())
     show(f"{title}, {', '.join(ends)}")
     if proof.piece is None:
-        show(f"proved: A > 0 for every direction of slip, on {_counted(proof.pieces)}")
+        show(f"proved: {NO_PARADOX}, on {_counted(proof.pieces)}")
         return
     piece = ", ".join(f"{n} from {a!r} to {b!r}" for n, (a, b) in proof.piece.items())
     reason = {
-        "refuted": "A < 0 for some direction of slip in the middle of this piece",
-        "undecided": "after the largest number of pieces, or the longest time, the bounds of this "
-        "piece are too wide",
+        "refuted": "which fails in the middle of this piece",
+        "undecided": "whose bounds on this piece are too wide after the largest number of pieces, "
+        "or the longest time",
     }[proof.verdict.value]
-    show(f"{proof.verdict.value}: {reason}: {piece}")
+    show(f"{proof.verdict.value}: need {proof.condition}, {reason}: {piece}")
 
 
 def _counted(pieces: int) -> str:
@@ -115,7 +112,7 @@ def _counted(pieces: int) -> str:
 
 
 def _check(
-    arguments: argparse.Namespace, claim: str, over: dict[str, Side], function: ca.Function
+    arguments: argparse.Namespace, claim: str, over: dict[str, Side], positive: PositiveFunction
 ) -> int:
     """Verify a certificate against the formulas of this command, derived again."""
     from painleve_sym.certify.checker import Rejected, check
@@ -125,8 +122,9 @@ def _check(
     try:
         given = json.loads(read_text(Path(arguments.check), where, MAX_BYTES, "certificate"))
         # Before the pieces are verified: a file may not choose what is computed.
-        own = certificate_of(function, over, claim, given["degree"], given["tree"])
-        for key in ("claim", "over", "program"):
+        function, conditions, _ = positive
+        own = certificate_of(function, conditions, over, claim, given["degree"], given["tree"])
+        for key in ("claim", "conditions", "over", "program"):
             if own[key] != given[key]:
                 return _verdict(arguments, f"rejected: its {key} is not that of this command", None)
         pieces = check(given)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.cli.certify import answer, claim_of, read_box
+from painleve_sym.cli.certify import answer, read_box
 from painleve_sym.cli.options import (
     FIGURES,
     figure_file,
@@ -116,11 +116,10 @@ def _certify(arguments: argparse.Namespace) -> int:
     over = read_box(arguments.over, lambda: units)
     if twice := set(over) & set(place.get("joints", ())):
         raise InputError(f"--over: got {min(twice)} in --joints as well. Fix: give it once.")
-    function, fixed = contact.positive_function(over, arguments.mu)
-    title = contact_title(contact)
+    positive = contact.positive_function(over, arguments.mu)
     data = {"robot": one.tree.name, "contact": contact.dynamics.contacts[0].frame}
     notices = (*one.tree.notices, " ".join(CAVEATS))
-    return answer(arguments, title, data, claim_of(title, fixed), over, function, notices)
+    return answer(arguments, contact_title(contact), data, over, positive, notices)
 
 
 def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnswer | None:

@@ -27,8 +27,14 @@ from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.one_contact import Impact, solve_impact
-from painleve_sym.contacts.impact.within_plane import moving_tangent
-from painleve_sym.contacts.positive import positive_where
+from painleve_sym.contacts.impact.within_plane import in_plane, is_regular, moving_tangent
+from painleve_sym.contacts.positive import (
+    NO_PARADOX,
+    PositiveFunction,
+    own_inertia,
+    positive_where,
+    shares,
+)
 from painleve_sym.contacts.risk import (
     friction_threshold,
     held,
@@ -342,11 +348,11 @@ class RobotContact:
 
     def positive_function(
         self, over: Mapping[str, tuple[float, float]], mu: float | None = None
-    ) -> tuple[ca.Function, dict[str, float]]:
-        """Return W_nn² − μ² |w|² as a function of the quantities of a box.
+    ) -> PositiveFunction:
+        """Return W_nn² − μ² |w|², after the pivots of the mass matrix, on the quantities of a box.
 
-        Where it is positive on the whole box, A > 0 for every direction of slip there: W_nn is
-        then nowhere 0, and it is positive in the middle, which is verified.
+        Where all are positive on the whole box, A > 0 for every direction of slip there. The angles
+        of a floating base may be in gimbal lock, since W does not depend on their velocities.
 
         Parameters
         ----------
@@ -358,9 +364,8 @@ class RobotContact:
 
         Returns
         -------
-        casadi.Function
-        dict of str to float
-            The values of all that W depends on and that does not vary, and of `mu`.
+        PositiveFunction
+            Fixed is all that W depends on and that does not vary, and `mu`.
 
         Raises
         ------
@@ -373,8 +378,8 @@ class RobotContact:
         >>> import painleve_sym as ps
         >>> dog = ps.robot("examples/robots/quadruped.urdf")
         >>> foot = dog.contact("LF_foot", pose="standing")
-        >>> function, fixed = foot.positive_function({"LF_KFE": (-1.45, -1.35)}, mu=1.0)
-        >>> round(float(function(-1.4)), 3), fixed["LF_HFE"]
+        >>> positive = foot.positive_function({"LF_KFE": (-1.45, -1.35)}, mu=1.0)
+        >>> round(float(positive.function(-1.4)[-1]), 3), positive.fixed["LF_HFE"]
         (5.486, 0.7)
         """
         import casadi as ca
@@ -405,10 +410,17 @@ class RobotContact:
         replace(self, values=values | middle).risk(mu)
         x = ca.SX.sym("x", len(over))
         at = values | dict(zip(over, ca.vertsplit(x), strict=True))
-        W = self.mobility_of(ca.vertcat(*(at[name] for name in self.arguments)))
+        place = ca.vertcat(*(at[name] for name in self.arguments))
         kept = (*limits, *NORMAL, *TANGENT)
         fixed = {name: values[name] for name in kept if name not in over}
-        return positive_where(x, W, at["mu"]), fixed
+        moving = self.dynamics.velocities
+        units = {c.name: c.unit for c in self.dynamics.outline.coordinates}
+        mass = ca.reshape(self.dynamics.mass_function()(place), len(moving), len(moving))
+        bounds = shares(mass, [units[name] for name in moving])
+        conditions = (*map(own_inertia, moving), NO_PARADOX)
+        return PositiveFunction(
+            positive_where(x, bounds, self.mobility_of(place), at["mu"]), conditions, fixed
+        )
 
     @cached_property
     def _ratio(self) -> Quantities:
@@ -565,10 +577,15 @@ class RobotContact:
 
 
 def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:
-    """Return the impact without collision of slip at 1 m/s; None where W is singular."""
+    """Return the impact without collision of slip at 1 m/s; None where the contact cannot slip so.
+
+    It can where W is regular, or where it is in the plane of the normal and its one tangent.
+    """
     rows = W.tolist()
-    if spatial_mobility_faults(rows) and moving_tangent(rows) is None:
-        return None
+    if spatial_mobility_faults(rows, definite=True):
+        tangent = moving_tangent(rows)
+        if tangent is None or not is_regular(in_plane(rows, tangent)):
+            return None
     return solve_impact(rows, mu, (0.0, math.cos(direction), math.sin(direction)))
 
 

@@ -93,7 +93,7 @@ def test_taylor_model_is_within_its_error_of_exact_values(a, b, s, t, make, degr
     program, box = program_of(function(make)), (a, b)
     point = [inside(side, u) for side, u in zip(box, (s, t), strict=True)]
     polynomials = Polynomials(2, degree)
-    model = polynomials.evaluated(program, box)
+    [model] = polynomials.evaluated(program, box)
     value = exactly(program, point)
     away = abs(value - polynomial_at(polynomials, model, distances(box, point)))
     assert away <= Fraction(model.error)
@@ -107,7 +107,7 @@ def test_bounds_of_both_arithmetics_are_below_every_value(a, b, s, t, make, degr
     value = float(f([inside(side, u) for side, u in zip(box, (s, t), strict=True)]))
     polynomials = Polynomials(2, degree)
     try:
-        lowest = polynomials.lowest(polynomials.evaluated(program_of(f), box))
+        lowest = polynomials.lowest(*polynomials.evaluated(program_of(f), box))
     except Rejected:
         lowest = -math.inf
     assert lowest <= value + 1e-12 * (1 + abs(value))
@@ -115,7 +115,7 @@ def test_bounds_of_both_arithmetics_are_below_every_value(a, b, s, t, make, degr
     from painleve_sym.certify.ball_polynomials import BallPolynomials
 
     balls = BallPolynomials(2, degree)
-    bound = balls.lower_bound(balls.results(program_of(f), box))
+    bound = balls.lower_bound(*balls.results(program_of(f), box))
     assert bound <= value + 1e-12 * (1 + abs(value))
     # What balls prove, the checker confirms.
     assert bound < 1e-9 or lowest >= bound / 2
@@ -125,7 +125,7 @@ def test_bounds_come_near_the_least_value_with_the_power_of_the_degree():
     f, errors = function(lambda x: ca.sin(x[0]) / (2 + x[0]), 1), []
     for half in (0.2, 0.1):
         box = [(0.7 - half, 0.7 + half)]
-        errors.append(Polynomials(1, 4).evaluated(program_of(f), box).error)
+        errors.append(Polynomials(1, 4).evaluated(program_of(f), box)[0].error)
     assert errors[0] / errors[1] == pytest.approx(2**5, rel=0.2)
 
 
@@ -146,7 +146,9 @@ def proved(make, over, **options):
     pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
     from painleve_sym.certify.proof import prove_positive
 
-    return prove_positive(function(make, len(over)), over, "test", **options)
+    f = function(make, len(over))
+    conditions = [f"condition {k}" for k in range(f.numel_out(0))]
+    return prove_positive(f, conditions, over, "test", **options)
 
 
 def test_verdicts_are_those_of_closed_forms():
@@ -160,15 +162,37 @@ def test_verdicts_are_those_of_closed_forms():
     # It touches 0, which no bound decides.
     touching = proved(lambda x: (x[0] - x[1]) ** 2, box, max_pieces=50)
     assert touching.verdict == "undecided" and touching.certificate is None
-    assert touching.piece is not None
+    assert touching.piece is not None and touching.condition == "condition 0"
     late = proved(lambda x: (x[0] - x[1]) ** 2, box, max_seconds=0.0)
     assert late.verdict == "undecided" and late.piece == box
+
+
+def test_condition_is_refuted_only_where_those_before_it_hold():
+    # x > 0 in the unit interval, 1/x - 3 < 0 from x = 1/3 on, and nothing beyond its pole at 0.
+    def make(x):
+        return ca.vertcat(x[0], 1 / x[0] - 3)
+
+    left = proved(make, {"x": (-1.0, 1.0)})
+    assert (left.verdict, left.condition) == ("refuted", "condition 0")
+    low, high = left.piece["x"]
+    assert low + high < 0
+    later = proved(make, {"x": (0.1, 1.0)})
+    assert (later.verdict, later.condition) == ("refuted", "condition 1")
+    assert sum(later.piece["x"]) / 2 > 1 / 3
+    # The formula has no value at 0, where x + 0.1 is positive.
+    pole = proved(lambda x: ca.vertcat(x[0] + 0.1, 1 / x[0] ** 2), {"x": (-0.05, 0.06)})
+    assert (pole.verdict, pole.condition) == ("undecided", "condition 1")
+    low, high = pole.piece["x"]
+    assert -1e-9 < low < high < 1e-9
+    both = proved(make, {"x": (0.1, 0.33)})
+    assert both.verdict == "proved" and check(both.certificate) == both.pieces
 
 
 @pytest.fixture(scope="module")
 def certificate():
     return proved(
-        lambda x: 0.6 - ca.sin(x[0]) * ca.cos(x[0]) * x[1], {"x": (0.0, 3.0), "y": (0.2, 1.0)}
+        lambda x: ca.vertcat(4 - x[0], 0.6 - ca.sin(x[0]) * ca.cos(x[0]) * x[1]),
+        {"x": (0.0, 3.0), "y": (0.2, 1.0)},
     ).certificate
 
 
@@ -183,16 +207,20 @@ def forged(certificate, change):
 
 
 def leaf(certificate):
-    return next(k for k, node in enumerate(certificate["tree"]) if isinstance(node, str))
+    return next(node for node in certificate["tree"] if isinstance(node, list))
 
 
 CHANGES = {
     "hash": (lambda c: None, "hash"),
-    "bound too large": (lambda c: c["tree"].__setitem__(leaf(c), (5.0).hex()), "not confirmed"),
-    "bound 0": (lambda c: c["tree"].__setitem__(leaf(c), (0.0).hex()), "not positive"),
-    "bound nan": (lambda c: c["tree"].__setitem__(leaf(c), "nan"), "not positive"),
+    "bound too large": (lambda c: leaf(c).__setitem__(1, (5.0).hex()), "not confirmed"),
+    "first bound": (lambda c: leaf(c).__setitem__(0, (5.0).hex()), "not confirmed.*condition 0"),
+    "bound 0": (lambda c: leaf(c).__setitem__(1, (0.0).hex()), "not positive"),
+    "bound nan": (lambda c: leaf(c).__setitem__(0, "nan"), "not positive"),
+    "bound left out": (lambda c: leaf(c).pop(0), "damaged"),
+    "condition left out": (lambda c: c["conditions"].pop(0), "one result for each condition"),
+    "no condition": (lambda c: c.update(conditions=[], tree=[[]], program=[]), "one result"),
     "piece left out": (lambda c: c["tree"].pop(), "do not cover"),
-    "piece too many": (lambda c: c["tree"].append((0.1).hex()), "more pieces"),
+    "piece too many": (lambda c: c["tree"].append([(0.1).hex()] * 2), "more pieces"),
     "wider box": (lambda c: c["over"].__setitem__("y", [0.2, 1.3]), "not confirmed"),
     "other formula": (
         lambda c: c["program"].__setitem__(
@@ -202,7 +230,11 @@ CHANGES = {
         "not confirmed",
     ),
     "no program": (lambda c: c.pop("program"), "damaged"),
-    "no result": (lambda c: c["program"].pop(), "no result"),
+    "no result": (lambda c: c["program"].pop(), "one result for each condition"),
+    "twice a result": (
+        lambda c: next(s for s in c["program"] if s[0] == "output").__setitem__(1, 1),
+        "damaged",
+    ),
     "words": (lambda c: c.__setitem__("over", "all"), "damaged"),
     "side": (lambda c: c["tree"].__setitem__(0, 7), "damaged"),
     "degree": (lambda c: c.__setitem__("degree", 17), "the degree 17"),
@@ -255,6 +287,96 @@ def test_rod_in_space_is_certified_for_every_direction(capsys):
     space = ("certify", "rod-3d", "--over", "theta=0.2:1.4")
     assert run(capsys, *space, "--set", "mu=1.3")[0] == 0
     assert run(capsys, *space, "--set", "mu=1.4")[0] == 1
+
+
+LEFT = {
+    "declared bound": (("rod-3d", "theta=-0.5:0.5", "mu=0.5"), "sin(theta) > 0", "theta", 0.0),
+    "gimbal lock": (("rod-3d", "theta=1:2", "mu=0.1"), "gimbal lock", "theta", math.pi / 2),
+    "moment of inertia": (("top", "J_3=1e-5:9e-5", "mu=0.1"), "moment of inertia", "J_3", 6e-5),
+}
+"""Boxes that leave the domain, a part of the message, and the border of the domain within them."""
+
+
+@pytest.mark.parametrize("name", LEFT)
+def test_box_that_leaves_the_domain_is_refuted_there(capsys, name):
+    pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
+    (mechanism, over, held), said, quantity, border = LEFT[name]
+    command = ("certify", mechanism, "--over", over, "--set", held)
+    code, out, _ = run(capsys, *command, "--json")
+    data = json.loads(out)
+    assert (code, data["verdict"]) == (1, "refuted") and said in data["condition"]
+    # classify rejects the middle of the piece for the same reason.
+    at = {"theta": 0.5, quantity: sum(data["piece"][quantity]) / 2}
+    option = "--set" if quantity == "J_3" else "--state"
+    place = [
+        word
+        for n, v in at.items()
+        for word in ("--state" if n == "theta" else option, f"{n}={v!r}")
+    ]
+    code, _, err = run(capsys, "classify", mechanism, "--set", held, *place)
+    assert code == 2 and said in " ".join(err.split())
+    shown = " ".join(run(capsys, *command)[1].split())
+    assert f"refuted: need {data['condition']}, which fails in the middle" in shown
+    low, high = (float(end) for end in over.partition("=")[2].split(":"))
+    inside = (0.1, high) if border <= 0 else (low, 0.9 * border)
+    kept = f"{quantity}={inside[0]}:{inside[1]}"
+    assert run(capsys, *command[:3], kept, "--set", held)[0] == 0
+
+
+SINGULAR = """
+[coordinates]
+x = { unit = "m", meaning = "place of a slider" }
+y = { unit = "m", meaning = "its height" }
+r = { unit = "m", meaning = "distance of a bead from the axis of its rod" }
+s = { unit = "rad", meaning = "angle of the rod" }
+[parameters]
+mu = { default = 0.5, unit = "1", meaning = "friction coefficient" }
+[[bodies]]
+mass = 1
+centre = ["x", "y"]
+[[bodies]]
+mass = 1
+centre = ["r*cos(s)", "r*sin(s)"]
+[[contacts]]
+name = "slider"
+point = ["x", "y"]
+friction = "mu"
+"""
+
+
+def test_box_with_a_singular_mass_matrix_is_not_proved(capsys, tmp_path):
+    pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
+    # The rod has no inertia where the bead is in its axis, and W of the slider does not tell.
+    file = tmp_path / "bead.toml"
+    file.write_text(SINGULAR)
+    code, out, _ = run(capsys, "certify", str(file), "--over", "r=-0.5:0.6", "--json")
+    data = json.loads(out)
+    # r² comes down to 0 and not below.
+    assert (code, data["verdict"]) == (1, "undecided")
+    assert "kinetic energy of s_dot alone" in data["condition"]
+    low, high = data["piece"]["r"]
+    assert -1e-9 < low < high < 1e-9
+    assert run(capsys, "certify", str(file), "--over", "r=0.1:0.6")[0] == 0
+
+
+def test_certificate_without_its_bounds_is_rejected(capsys, tmp_path):
+    pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
+    file, command = tmp_path / "rod.json", ("certify", "rod-3d", "--set", "mu=0.5", "--over")
+    run_json(capsys, *command, "theta=0.2:0.9", "--out", str(file))
+    content = json.loads(file.read_text())
+    assert content["conditions"][0].startswith("sin(theta) > 0")
+    content["conditions"].pop(0)
+    for node in content["tree"]:
+        if isinstance(node, list):
+            node.pop(0)
+    program = [s for s in content["program"] if s[0] != "output" or s[1] != 0]
+    content["program"] = [[n, p - 1 if n == "output" else p, t] for n, p, t in program]
+    forged = content | {"sha256": digest(content)}
+    # It proves what it says, which is not enough.
+    assert check(forged) >= 1
+    file.write_text(json.dumps(forged))
+    code, out, _ = run(capsys, *command, "theta=0.2:0.9", "--check", str(file))
+    assert code == 1 and out.startswith("rejected: its conditions is not")
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,8 @@ def proof(contact, over, mu=None, **options):
     pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
     from painleve_sym.certify.proof import prove_positive
 
-    return prove_positive(contact.positive_function(over, mu)[0], over, "test", **options)
+    function, conditions, _ = contact.positive_function(over, mu)
+    return prove_positive(function, conditions, over, "test", **options)
 
 
 def grid(over, points):
@@ -93,6 +94,8 @@ def test_piece_that_only_balls_prove_is_halved(foot):
 def test_friction_and_tilt_of_the_base_may_vary(foot):
     tilted = {"base_roll": (-0.1, 0.1), "base_pitch": (-0.1, 0.1)}
     assert proof(foot, tilted, 1.0).verdict == "proved"
+    # W has no gimbal lock, although the velocities of these angles have one.
+    assert proof(foot, {"base_pitch": (1.55, 1.59)}, 0.1).verdict == "proved"
     worst = float(friction_threshold(foot.mobility()))
     assert proof(foot, {"mu": (0.0, 0.999 * worst)}).verdict == "proved"
     assert proof(foot, {"mu": (0.5, 1.01 * worst)}).verdict == "refuted"
@@ -103,13 +106,15 @@ def test_function_is_positive_where_friction_is_below_the_threshold(foot):
     stuck = ps.robot(DOG).contact("LF_foot,RH_foot", pose="standing", others="stuck")
     over = {"LF_HAA": (-0.3, 0.3), "LF_KFE": (-1.9, -0.4), "mu": (0.2, 3.0)}
     for contact in (foot, stuck):
-        function, fixed = contact.positive_function(over)
+        function, conditions, fixed = contact.positive_function(over)
         assert fixed["LF_HFE"] == 0.7 and not set(fixed) & set(over)
         for _ in range(20):
             haa, kfe, mu = (random.uniform(*ends) for ends in over.values())
             W = replace(contact, values={**contact.values, "LF_HAA": haa, "LF_KFE": kfe}).mobility()
             value = W[0, 0] ** 2 - mu**2 * (W[1, 0] ** 2 + W[2, 0] ** 2)
-            assert float(function([haa, kfe, mu])) == pytest.approx(value, rel=1e-9)
+            *pivots, last = np.array(function([haa, kfe, mu])).ravel()
+            assert last == pytest.approx(value, rel=1e-9) and min(pivots) > 0
+            assert len(conditions) == len(pivots) + 1 == 19
             assert (value > 0) == (mu < friction_threshold(W))
 
 
@@ -124,7 +129,8 @@ def test_box_that_takes_too_long_stays_undecided(foot):
 
 CHANGES = {
     "wider": lambda c: c["over"]["LF_KFE"].__setitem__(1, -0.9),
-    "bound": lambda c: c["tree"].__setitem__(-1, (50.0).hex()),
+    "bound": lambda c: c["tree"][-1].__setitem__(-1, (50.0).hex()),
+    "bound of the mass matrix": lambda c: c["tree"][-1].__setitem__(0, (50.0).hex()),
     "piece": lambda c: c["tree"].pop(),
 }
 
@@ -147,14 +153,14 @@ def test_command_proves_and_verifies_without_flint(capsys, tmp_path, monkeypatch
     assert (data["robot"], data["contact"]) == ("quadruped", "LF_foot")
     assert data["verdict"] == "proved" and data["piece"] is None and "rigid" in data["notices"][0]
     code, out, _ = run(capsys, *COMMAND, "--over", OVER, "--mu", "1.7")
-    assert code == 1 and "refuted: A < 0 for some direction" in " ".join(out.split())
+    assert code == 1 and "refuted: need A > 0 for every direction" in " ".join(out.split())
     monkeypatch.setitem(sys.modules, "flint", None)
     checked = run_json(capsys, *proved, "--check", str(file))
     assert (checked["verdict"], checked["pieces"]) == ("verified", data["pieces"])
     code, out, _ = run(capsys, *COMMAND, "--over", OVER, "--mu", "1.3", "--check", str(file))
     assert code == 1 and out.startswith("rejected: its claim is not")
     content = json.loads(file.read_text())
-    content["tree"][-1] = (9.0).hex()
+    content["tree"][-1][-1] = (9.0).hex()
     content |= {"sha256": digest(content)}
     file.write_text(json.dumps(content))
     code, out, _ = run(capsys, *proved, "--check", str(file))

@@ -637,9 +637,9 @@ REFUSED = {
         [[1, 2, 0], [2, 1, 0], [0, 0, 0]],
         *(0.5, (-1, 1, 0), "energetic", 0.5, "semidefinite"),
     ),
-    "rank two, oblique": (
-        np.outer([1, 2, 3], [1, 2, 3]) + np.outer([1, 0, 1], [1, 0, 1]),
-        *(0.5, (-1, 1, 0), "energetic", 0.5, "independent rows"),
+    "rank two, nearly of one tangent": (
+        np.outer([1, 2, 3], [1, 2, 3]) + 1e-8 * np.outer([1, 0, 1], [1, 0, 1]),
+        *(0.5, (-1, 1, 0), "energetic", 0.5, "positive definite or of rank one"),
     ),
     "not symmetric": (
         [[1, 0.1, 0], [0.2, 1, 0], [0, 0, 1]],

@@ -176,8 +176,9 @@ def solve_impact(
     W : array_like, shape (2, 2) or (3, 3)
         Rows and columns in the order (n, t), like the velocity: [[W_nn, W_nt], [W_nt, W_tt]];
         symmetric, positive definite or of rank one; 1/kg. In space in the order (n, t1, t2), with
-        t1 and t2 of unit length and at right angles; symmetric and positive definite, or of rank
-        two or one where it moves nothing along one tangent: an impact in the plane of the others.
+        t1 and t2 of unit length and at right angles; symmetric and positive definite, of rank two
+        where v_n and v_t are tied, or of rank two or one where it moves nothing along one tangent:
+        an impact in the plane of the others.
     mu : float
         Friction coefficient, ≥ 0.
     velocity : sequence of 2 or 3 float
@@ -200,9 +201,8 @@ def solve_impact(
     ------
     InputError
         All faults at once: entries that are not finite, v_n > 0, mu < 0, e outside [0, 1], W not
-        symmetric positive semidefinite (in space definite, but for one tangent), a velocity along a
-        tangent in which W moves nothing, an unknown law; or results beyond the
-        floating range.
+        symmetric positive semidefinite, a velocity along a tangent in which W moves nothing, an
+        unknown law; or results beyond the floating range.
 
     References
     ----------

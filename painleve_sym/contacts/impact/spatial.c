@@ -14,6 +14,8 @@ enum { SLIP, STOPS, STICK, RESUMED };
 enum { GOES_ON = -1 };
 
 static const double ROUND_OFF = 8.881784197001252e-16, COINCIDENT = 1e-12;
+/* Of a velocity: what W of rank two cannot change, below which it is 0. */
+static const double TIED = 1e-9;
 /* Of the first term of a series: the last one. Of v at the start of a slip: a v that has stopped. */
 static const double LAST_TERM = 1e-17, STOPPED = 1e-30;
 /* Of the terms of a rate: the least one for which series about an invariant direction are used; and how
@@ -31,6 +33,8 @@ typedef struct {
   int law, restitution, phases;
   double left; /* of P or of the work that restitution has to give */
   double size; /* of the terms of h and k */
+  int singular; /* W is of rank two: v_n = offset + a1 v_1 + a2 v_2 all along */
+  double a1, a2, offset;
   state at;
   double *rows;
 } impact;
@@ -48,6 +52,7 @@ typedef struct {
   double c[ORDER + 1], s[ORDER + 1], v[ORDER + 1], n[ORDER + 1], P[ORDER + 1], P1[ORDER + 1];
   double P2[ORDER + 1], E[ORDER + 1], T[ORDER + 1];
   state from;
+  const impact *of;
 } piece;
 
 static double added(double a, double b) {
@@ -80,6 +85,13 @@ static double h_of(const impact *p, double c, double s) {
 /* dh/dphi where h = 0. */
 static double slope_of(const impact *p, double c, double s) {
   return -k_of(p, c, s) - p->mu * (p->W11 * s * s - 2 * p->W12 * s * c + p->W22 * c * c);
+}
+
+/* dv_n/dv along a direction of slip, where W is of rank two. */
+static double tied_along(const impact *p, double c, double s) { return added(p->a1 * c, p->a2 * s); }
+/* A number with the sign of v_n, also at the end of a slip that stops together with v_n. */
+static double sense(const impact *p, const state *a) {
+  return p->singular && p->offset == 0.0 ? tied_along(p, a->c, a->s) : a->n;
 }
 
 /* ---- invariant directions ---- */
@@ -146,7 +158,7 @@ static double reach(const double *a, double first) {
 static void by_time(const impact *p, piece *q) {
   double f1[ORDER], f2[ORDER], h[ORDER], k[ORDER];
   const state *at = &p->at;
-  q->by_time = 1, q->from = *at;
+  q->by_time = 1, q->from = *at, q->of = p;
   q->c[0] = at->c, q->s[0] = at->s, q->v[0] = at->v, q->n[0] = at->n;
   q->P[0] = at->P, q->P1[0] = at->P1, q->P2[0] = at->P2, q->E[0] = at->E, q->T[0] = at->T;
   for (int j = 0; j < ORDER; j++) {
@@ -222,7 +234,7 @@ static int along_limit(const impact *p, const limit *l, piece *q) {
   }
   if (!(fabs(y) <= l->radius)) return 0;
   double u1[ORDER + 1], u2[ORDER + 1], sum = value(l->V, y);
-  q->by_time = 0, q->from = *at, q->end = l->k < 0.0 ? 0.0 : GROWTH, q->k = l->k, q->power = l->rate / l->k;
+  q->by_time = 0, q->from = *at, q->of = p, q->end = l->k < 0.0 ? 0.0 : GROWTH, q->k = l->k, q->power = l->rate / l->k;
   for (int j = 0; j <= ORDER; j++, power *= y) {
     q->c[j] = l->C[j] * power, q->s[j] = l->S[j] * power;
     q->v[j] = l->V[j] * power * at->v / sum;
@@ -236,7 +248,7 @@ static int along_limit(const impact *p, const limit *l, piece *q) {
     q->E[j] = term(q->v, q->n, j) / two;
     q->T[j] = -p->mu * term(q->v, q->v, j) / two;
   }
-  q->n_end = at->n - value(q->n, 1.0), q->P_end = at->P - value(q->P, 1.0);
+  q->n_end = p->singular ? p->offset : at->n - value(q->n, 1.0), q->P_end = at->P - value(q->P, 1.0);
   q->P1_end = at->P1 - value(q->P1, 1.0), q->P2_end = at->P2 - value(q->P2, 1.0);
   q->T_end = at->T - value(q->T, 1.0);
   q->E_end = at->E - value(q->E, 1.0) - q->n_end * value(q->P, 1.0);
@@ -256,6 +268,7 @@ static state state_at(const piece *q, double x) {
     a.E += q->E_end + q->n_end * P, a.n += q->n_end, a.P += q->P_end;
     a.P1 += q->P1_end, a.P2 += q->P2_end, a.T += q->T_end;
   }
+  if (q->of->singular) a.n = q->of->offset + a.v * tied_along(q->of, a.c, a.s);
   return a;
 }
 
@@ -353,6 +366,7 @@ static double impulse_to_end(const impact *p, double A, double *n) {
  * dP_n (1, r1, r2), and v_n and v change at the rates A and k. */
 static int ray(impact *p, int kind, double r1, double r2, double A, double k) {
   state *a = &p->at;
+  if (p->singular && a->v > 0.0) A = k * (a->n - p->offset) / a->v;
   for (;;) {
     double n, end = impulse_to_end(p, A, &n), stop = k < 0.0 && a->v > 0.0 ? -a->v / k : INFINITY;
     /* In restitution v_n may fall to 0 before: the contact is compressed again. */
@@ -367,7 +381,7 @@ static int ray(impact *p, int kind, double r1, double r2, double A, double k) {
     a->P += P, a->P1 += r1 * P, a->P2 += r2 * P;
     a->E += P * (a->n + reached) / 2;
     a->T += P * (r1 * a->c + r2 * a->s) * (a->v + v) / 2;
-    a->n = reached, a->v = v;
+    a->n = stops && p->singular ? p->offset : reached, a->v = v;
     tell(p, stops ? STOPS : kind, c, s);
     if (stops) return GOES_ON;
     if (p->restitution && !falls) return ENDED;
@@ -404,7 +418,7 @@ static int curve(impact *p) {
       changes = rate * A_of(p, end.c, end.s) < 0.0;
       if (changes) passes = 0, to = event_between(p, &q, RATE, from, to, rate), end = state_at(&q, to);
     }
-    if (!p->restitution && rate > 0 && end.n >= 0.0 && a->n < 0.0) {
+    if (!p->restitution && rate > 0 && sense(p, &end) >= 0.0 && a->n < 0.0) {
       x = event_between(p, &q, BORDER, from, to, -1);
       if ((direct = too_near(&q, x))) continue;
       *a = state_at(&q, x), a->n = 0.0;
@@ -414,7 +428,7 @@ static int curve(impact *p) {
       continue;
     }
     if (p->restitution) {
-      int falls = rate < 0 && end.n < 0.0;
+      int falls = rate < 0 && sense(p, &end) < 0.0;
       if (falls) to = event_between(p, &q, BORDER, from, to, 1), end = state_at(&q, to), end.n = 0.0;
       if (event_of(p, LAW, &end, &unused) >= 0.0) {
         x = event_between(p, &q, LAW, from, to, -1);
@@ -434,7 +448,7 @@ static int curve(impact *p) {
     *a = end;
     rate = changes ? -rate : rate, turn = passes ? -turn : turn;
     if ((!q.by_time && to == 0.0) || a->v < STOPPED * start) {
-      a->v = 0.0;
+      a->v = 0.0, a->n = p->singular ? p->offset : a->n;
       return tell(p, STOPS, a->c, a->s), GOES_ON;
     }
   }
@@ -443,11 +457,10 @@ static int curve(impact *p) {
 
 /* Follows what a contact without slip does: it sticks, or slips in the one direction in which slip grows. */
 static int at_rest(impact *p, int after_stop) {
-  double det = p->W11 * p->W22 - p->W12 * p->W12;
-  double r1 = -(p->W22 * p->w1 - p->W12 * p->w2) / det, r2 = -(p->W11 * p->w2 - p->W12 * p->w1) / det;
+  double r1 = -p->a1, r2 = -p->a2;
   if (hypot(r1, r2) <= p->mu) {
     double A = p->Wnn + p->w1 * r1 + p->w2 * r2;
-    return ray(p, STICK, r1, r2, A > COINCIDENT * p->Wnn ? A : 0.0, 0.0);
+    return ray(p, STICK, r1, r2, !p->singular && A > COINCIDENT * p->Wnn ? A : 0.0, 0.0);
   }
   double angle[4];
   if (!invariant_directions(p, angle)) return UNFINISHED;
@@ -473,6 +486,13 @@ static void follow(const double *g, double *rows) {
   p.at.n = g[7], p.at.v = v, p.at.c = v > 0.0 ? g[8] / v : 0.0, p.at.s = v > 0.0 ? g[9] / v : 0.0;
   p.target = -p.e * p.at.n;
   p.size = hypot(p.w1, p.w2) + p.mu * (p.W11 + p.W22);
+  double det = p.W11 * p.W22 - p.W12 * p.W12;
+  p.a1 = (p.W22 * p.w1 - p.W12 * p.w2) / det;
+  p.a2 = (p.W11 * p.w2 - p.W12 * p.w1) / det;
+  double least = p.Wnn - p.w1 * p.a1 - p.w2 * p.a2;
+  p.singular = least * det <= COINCIDENT * p.Wnn * p.W11 * p.W22;
+  p.offset = p.at.n - p.a1 * g[8] - p.a2 * g[9];
+  if (fabs(p.offset) <= TIED * (fabs(p.at.n) + fabs(p.a1 * g[8]) + fabs(p.a2 * g[9]))) p.offset = 0.0;
   rows[0] = NO_IMPACT, rows[1] = 0.0;
   if (!begins(&p)) return;
   int end = v > 0.0 ? curve(&p) : at_rest(&p, 0);

@@ -28,6 +28,10 @@ or a restitution ends at a zero of v_n, of the impulse or of the work along the 
 turns so that A < 0 in restitution, v_n can fall to 0 while there is restitution left: the contact
 is then compressed again, and what that takes adds to what restitution has to give.
 
+Where W is of rank two with a regular W_tt, W_nn = w·a with a = W_tt⁻¹ w, and c = v_n − a·v_t never
+changes. Then v_n is taken from v_t, which keeps its digits where both vanish together (c = 0), and
+sticking has the rate 0.
+
 ``spatial.c`` has the same steps; `follow_in_space` asks it where there is a C compiler.
 
 References
@@ -59,7 +63,7 @@ LAWS = ("energetic", "poisson", "newton")
 NO_IMPACT, ENDED, JAM, UNFINISHED = range(4)
 SLIP, STOPS, STICK, RESUMED = range(4)
 _GOES_ON = -1
-_ROUND_OFF, _COINCIDENT = 4 * 2.0**-52, 1e-12
+_ROUND_OFF, _COINCIDENT, _TIED = 4 * 2.0**-52, 1e-12, 1e-9
 _LAST_TERM, _STOPPED, _LEAST_RATE, _GROWTH, _PIECES = 1e-17, 1e-30, 1e-3, 16.0, 20000
 _LEAST_CHANGE = 0.05
 _C, _S, _V, _N, _P, _P1, _P2, _E, _T = range(9)
@@ -205,6 +209,14 @@ class SpatialPath:
         self.state = np.zeros(9)
         self.state[:4] = (v_1 / v if v else 0.0, v_2 / v if v else 0.0, v, v_n)
         self.restitution, self.left, self.phases = 0, 0.0, list[list[float]]()
+        det = W11 * W22 - W12 * W12
+        a1, a2 = (W22 * w1 - W12 * w2) / det, (W11 * w2 - W12 * w1) / det
+        self.tie, least = (a1, a2), Wnn - w1 * a1 - w2 * a2
+        # With W of rank two, v_n = offset + a·v_t all along.
+        self.singular = least * det <= _COINCIDENT * Wnn * W11 * W22
+        self.offset = v_n - a1 * v_1 - a2 * v_2
+        if abs(self.offset) <= _TIED * (abs(v_n) + abs(a1 * v_1) + abs(a2 * v_2)):
+            self.offset = 0.0
 
     def follow(self) -> tuple[int, Array]:
         """Return the end, and the phases in rows of 11 numbers."""
@@ -226,6 +238,23 @@ class SpatialPath:
     def _along_across(self, c: float, s: float) -> tuple[float, float]:
         w1, w2 = self.w
         return w1 * c + w2 * s, _sum(w2 * c, -w1 * s)
+
+    def _tied_along(self, c: float, s: float) -> float:
+        """Return dv_n/dv along a direction of slip, where W is of rank two."""
+        return _sum(self.tie[0] * c, self.tie[1] * s)
+
+    def _sense(self, state: Array) -> float:
+        """Return a number with the sign of v_n, also where v_n vanishes with the slip."""
+        if self.singular and self.offset == 0.0:
+            return self._tied_along(*state[:2])
+        return float(state[_N])
+
+    def _at(self, piece: _Piece, x: float) -> Array:
+        """Return the state at a place of a piece."""
+        state = piece.at(x)
+        if self.singular and x != piece.begin:
+            state[_N] = self.offset + state[_V] * self._tied_along(*state[:2])
+        return state
 
     def _begins(self) -> bool:
         c, s, v, n = self.state[:4]
@@ -326,6 +355,7 @@ class SpatialPath:
         parts = (c_, s_, v, n, v / one, -mu * u1 / one, -mu * u2 / one, work, -mu * vv / two)
         series = np.array(parts)
         end = state - _values(series, 1.0)
+        end[_N] = self.offset if self.singular else end[_N]
         end[_E] -= end[_N] * _values(series[_P], 1.0)
         x, k = (0.0 if limit.k < 0.0 else _GROWTH), limit.k
         return _Piece(series, 1.0, x, state.copy(), k, limit.rate / k, end)
@@ -352,7 +382,7 @@ class SpatialPath:
         """Return the event between two places, of which the function has this sign at the first."""
 
         def newton(x: float) -> tuple[float, float]:
-            value, slope = self._event(event, piece.at(x))
+            value, slope = self._event(event, self._at(piece, x))
             return value * sign, slope * sign / (1.0 if piece.limit is None else piece.k * x)
 
         return _zero(newton, start, to, 4e-16)
@@ -392,6 +422,8 @@ class SpatialPath:
     def _ray(self, kind: int, ratio: tuple[float, float], A: float, k: float) -> int:
         """Follow a straight ray to the end of the impact, or to where its slip stops."""
         at = self.state
+        if self.singular and at[_V] > 0.0:
+            A = k * (at[_N] - self.offset) / at[_V]
         while True:
             (end, n), stop = self._impulse_to_end(A), math.inf
             # In restitution v_n may fall to 0 before: the contact is compressed again.
@@ -414,7 +446,7 @@ class SpatialPath:
             at[_P : _P2 + 1] += (P, ratio[0] * P, ratio[1] * P)
             at[_E] += P * (at[_N] + reached) / 2
             at[_T] += P * (ratio[0] * at[_C] + ratio[1] * at[_S]) * (at[_V] + v) / 2
-            at[_N], at[_V] = reached, v
+            at[_N], at[_V] = (self.offset if stops and self.singular else reached), v
             self._tell(STOPS if stops else kind, *direction)
             if stops:
                 return _GOES_ON
@@ -438,28 +470,29 @@ class SpatialPath:
             piece = None if direct or limit is None else self._along_limit(limit)
             piece, direct = piece or self._by_time(), False
             to, passes, changes = piece.end, False, False
-            end = piece.at(to)
+            end = self._at(piece, to)
             if both:
                 # v_n is monotonic between the zeros of A, of which one is on each side of w.
                 passes = turn * self._event(_TURN, end)[0] < 0.0
                 if passes:
                     to = self._event_between(piece, _TURN, piece.begin, to, turn)
-                    end = piece.at(to)
+                    end = self._at(piece, to)
                 changes = rate * self._event(_RATE, end)[0] < 0.0
                 if changes:
                     passes, to = False, self._event_between(piece, _RATE, piece.begin, to, rate)
-                    end = piece.at(to)
+                    end = self._at(piece, to)
             event = self._part_ends(piece, to, end, rate)
             if event is not None:
                 # Along an invariant direction, events within a small change of v lose digits.
                 direct = piece.limit is not None and abs(event[1] - 1) < _LEAST_CHANGE
-                if not direct and self._end_part(event[0], piece.at(event[1])):
+                if not direct and self._end_part(event[0], self._at(piece, event[1])):
                     return ENDED
                 continue
             self.state = end
             rate, turn = (-rate if changes else rate), (-turn if passes else turn)
             if (piece.limit is not None and to == 0.0) or end[_V] < _STOPPED * first:
                 self.state[_V] = 0.0
+                self.state[_N] = self.offset if self.singular else self.state[_N]
                 self._tell(STOPS, *self.state[:2])
                 return _GOES_ON
         return UNFINISHED
@@ -472,13 +505,13 @@ class SpatialPath:
         In the piece v_n is monotonic, with the sign of `rate`.
         """
         if not self.restitution:
-            if rate > 0 and end[_N] >= 0.0 and self.state[_N] < 0.0:
+            if rate > 0 and self._sense(end) >= 0.0 and self.state[_N] < 0.0:
                 return _BORDER, self._event_between(piece, _BORDER, piece.begin, to, -1)
             return None
-        falls = rate < 0 and end[_N] < 0.0
+        falls = rate < 0 and self._sense(end) < 0.0
         if falls:
             to = self._event_between(piece, _BORDER, piece.begin, to, 1)
-            end = piece.at(to)
+            end = self._at(piece, to)
             end[_N] = 0.0
         if self._event(_LAW, end)[0] >= 0.0:
             return _LAW, self._event_between(piece, _LAW, piece.begin, to, -1)
@@ -503,12 +536,11 @@ class SpatialPath:
 
     def _at_rest(self, kind: int) -> int:
         """Follow a contact without slip: it sticks, or slips as slip can grow."""
-        (w1, w2), (W11, W12, W22) = self.w, self.Wtt
-        det = W11 * W22 - W12 * W12
-        ratio = -(W22 * w1 - W12 * w2) / det, -(W11 * w2 - W12 * w1) / det
+        (w1, w2), ratio = self.w, (-self.tie[0], -self.tie[1])
         if math.hypot(*ratio) <= self.mu:
             A = self.Wnn + w1 * ratio[0] + w2 * ratio[1]
-            return self._ray(STICK, ratio, A if _COINCIDENT * self.Wnn < A else 0.0, 0.0)
+            regular = not self.singular and _COINCIDENT * self.Wnn < A
+            return self._ray(STICK, ratio, A if regular else 0.0, 0.0)
         angle = invariant_angles(self.w, self.Wtt, self.mu)[0]
         c, s = math.cos(angle), math.sin(angle)
         self.state[:2] = c, s

@@ -32,7 +32,7 @@ def moving_tangent(W: Sequence[Sequence[float]]) -> Tangent | None:
     determinant, size = one * two - m * m, total**2
     if determinant > INDEFINITE * size:
         return None
-    if determinant > INDEFINITE**2 * size and not spatial_mobility_faults(W):
+    if determinant > INDEFINITE**2 * size and not spatial_mobility_faults(W, definite=True):
         return None
     along = (one, m) if one >= two else (m, two)
     length = math.hypot(*along)
@@ -50,6 +50,12 @@ def in_plane(
     c, s = tangent
     coupling = c * n1 + s * n2
     return (nn, coupling), (coupling, c * c * one + 2 * c * s * m + s * s * two)
+
+
+def is_regular(W: tuple[tuple[float, float], tuple[float, float]]) -> bool:
+    """Return whether a mobility in the plane is positive definite, beyond its rounding."""
+    (nn, nt), (_, tt) = W
+    return nn * tt - nt * nt > INDEFINITE * nn * tt
 
 
 def plane_faults(
