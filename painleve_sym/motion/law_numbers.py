@@ -26,9 +26,8 @@ def loading_curve(
         automaton = simulator.automaton
         curves = {
             f"{name}_{k}": getattr(law, name)
-            for k, law in enumerate(simulator.contact.own_laws)
+            for k, law in simulator.contact.compliant.items()
             for name in ("stiffness", "exponent")
-            if law.is_compliant
         }
         return curves, (*automaton.parameters, *automaton.definitions)
 

@@ -34,7 +34,7 @@ def initial_force_fault(simulator: Simulator) -> str:
             "initial_force: several contacts share no force. Fix: give the compression of each "
             "by the state."
         )
-    if not simulator.is_compliant(0):
+    if not simulator.contact.compliant:
         return (
             "initial_force: a rigid contact has no compression. Fix: leave it out, or give a "
             "compliant law."

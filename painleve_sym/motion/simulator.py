@@ -224,14 +224,10 @@ class Simulator:
             )
         return law
 
-    def is_compliant(self, i: int) -> bool:
-        """Whether a contact may start compressed."""
-        return self.contact.own_laws[i].is_compliant
-
     @cached_property
     def restitutions(self) -> tuple[str, ...]:
         """Names of the coefficients of restitution of compliant contacts."""
-        laws = (law for law in self.contact.own_laws if law.is_compliant)
+        laws = self.contact.compliant.values()
         names = dict.fromkeys(p.name for law in laws for p in law.parameters)
         return tuple(n for n in names if n.startswith("e_energetic"))
 
@@ -241,7 +237,7 @@ class Simulator:
         return tuple(
             i
             for i, contact in enumerate(self.mechanism.outline.contacts)
-            if contact.bilateral or not self.is_compliant(i)
+            if contact.bilateral or i not in self.contact.compliant
         )
 
     @property
