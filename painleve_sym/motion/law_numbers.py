@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,14 +11,12 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.codegen.quantities import quantities
 from painleve_sym.mechanics.materials import MaterialsLike, material_values, two_materials
+from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws
 from painleve_sym.units import Value
-
-if TYPE_CHECKING:
-    from painleve_sym.motion.simulator import Simulator
 
 
 def loading_curve(
-    simulator: Simulator, values: Mapping[str, Array], i: int = 0
+    simulator: MechanismWithLaws, values: Mapping[str, Array], i: int = 0
 ) -> tuple[Array, Array]:
     """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
 
@@ -37,7 +35,7 @@ def loading_curve(
 
 
 def compression_of_force(
-    simulator: Simulator, force: Value, parameters: Mapping[str, float]
+    simulator: MechanismWithLaws, force: Value, parameters: Mapping[str, float]
 ) -> float:
     """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
 
@@ -51,7 +49,7 @@ def compression_of_force(
 
 
 def values_of_materials(
-    simulator: Simulator, materials: MaterialsLike, given: Mapping[str, Any] | None = None
+    simulator: MechanismWithLaws, materials: MaterialsLike, given: Mapping[str, Any] | None = None
 ) -> dict[str, float]:
     """Return the values that materials give to parameters of mechanism and laws.
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -24,21 +24,41 @@ from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
 from painleve_sym.motion.rigidity import BodyPeriod, body_periods
 from painleve_sym.motion.singular_limit import ReverseChatter
-from painleve_sym.motion.trajectory import StoredRecord
 
 if TYPE_CHECKING:
-    from painleve_sym.motion.simulator import Simulator, Start
-
+    from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 
 OPTIONS = ("first_step", "max_step", "max_steps", "max_events")
 """Options of a run besides its end and accuracy."""
 
 
 @dataclass(frozen=True)
+class StoredRecord:
+    """Recorded arrays of a motion that have been read; modes are indices into `mode_names`."""
+
+    steps: StepRecords
+    mode_names: tuple[str, ...]
+    final_mode: int
+    events: tuple[EventRecord, ...]
+    reverse_chatter: tuple[ReverseChatter, ...]
+    energy_gains: tuple[EnergyGain, ...]
+    constants: Array
+    body_periods: tuple[BodyPeriod, ...] = ()
+    surfaces: tuple[ContactSurface, ...] = ()
+    scales: Mapping[str, float] = field(default_factory=dict)
+    inputs: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, record: RunRecord | StoredRecord) -> StoredRecord:
+        """Return all that a record gives."""
+        return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
+
+
+@dataclass(frozen=True)
 class RunRecord:
     """The record of a run."""
 
-    simulator: Simulator
+    simulator: MechanismWithLaws
     start: Start
     raw: RawRun
     options: RunOptions
