@@ -11,6 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.hooks import register
+from painleve_sym.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from painleve_sym import laws as laws
@@ -153,8 +154,6 @@ if TYPE_CHECKING:
     from painleve_sym.study.maps.region_map import region_map as region_map
     from painleve_sym.study.sweeps.runner import sweep as sweep
     from painleve_sym.study.sweeps.sweep import Sweep as Sweep
-
-__version__ = "0.7.0"
 
 _NAMES = {
     "c_export.export": ("Export", "export_c"),

@@ -9,7 +9,6 @@ from importlib import resources
 from string import Template
 from typing import Any
 
-import painleve_sym
 from painleve_sym.arrays import Array
 from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
@@ -25,6 +24,7 @@ from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.version import __version__
 
 _LIBRARY_ONLY = ("-fPIC", "-shared", "-fvisibility=hidden")
 NUMERIC_FLAGS = tuple(flag for flag in FLAGS if flag not in _LIBRARY_ONLY)
@@ -104,7 +104,7 @@ class MotionCode:
             "name": name,
             "NAME": name.upper(),
             "title": self.title,
-            "version": painleve_sym.__version__,
+            "version": __version__,
             "compiler": c_comment(self.compiler.version),
             "flags": flags,
             "cc": f"cc {flags} -o {name}_example {sources} -lm",

@@ -12,7 +12,6 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import painleve_sym
 from painleve_sym.checks import by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.inputs import inside, place_of
@@ -28,6 +27,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import open_from
 from painleve_sym.motion.trajectory import StoredRecord, Trajectory
 from painleve_sym.units import Value, in_si
+from painleve_sym.version import __version__
 
 if TYPE_CHECKING:
     from painleve_sym.explorer.notebook import ExplorerWidget
@@ -188,7 +188,7 @@ def explore(
         "tolerances": {"rtol": DEFAULT_RTOL, "openFrom": open_from(DEFAULT_RTOL)},
         "docs": docs,
         "notes": notes,
-        "version": painleve_sym.__version__,
+        "version": __version__,
     }
     page = Page(
         mechanism=mechanism.name,

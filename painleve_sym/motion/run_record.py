@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from painleve_sym import __version__
 from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.protocol import RawRun, RunOptions
@@ -24,6 +23,7 @@ from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
 from painleve_sym.motion.rigidity import BodyPeriod, body_periods
 from painleve_sym.motion.singular_limit import ReverseChatter
+from painleve_sym.version import __version__
 
 if TYPE_CHECKING:
     from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
