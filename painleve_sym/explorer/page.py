@@ -25,7 +25,8 @@ from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import open_from
-from painleve_sym.motion.trajectory import StoredRecord, Trajectory
+from painleve_sym.motion.run_record import StoredRecord
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value, in_si
 from painleve_sym.version import __version__
 

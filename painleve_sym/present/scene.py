@@ -10,16 +10,14 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.shapes import (
-    PLACE,
-    Shape,
-    ShapeKind,
+from painleve_sym.mechanics.drawing import (
     contact_geometries,
     ground_surfaces,
     scene_formulas,
     shapes_of,
 )
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.shapes import PLACE, Shape, ShapeKind
 from painleve_sym.motion.trajectory import Trajectory
 
 MAX_MAGNIFIED = 24
