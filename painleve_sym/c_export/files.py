@@ -329,12 +329,7 @@ def _enums(case: MotionCode) -> str:
         for n, p in parameters
     ]
     tables: list[tuple[str, str, Iterable[tuple[str, str]], str]] = [
-        (
-            "state",
-            "state",
-            case.states.items(),
-            "States, with their units",
-        ),
+        ("state", "state", case.states.items(), "States, with their units"),
         ("parameter", "parameter", ranges, "Parameters, with their units"),
         ("memory", "memory", memory, "Memory: constant within a mode, 0 at the start"),
         (
@@ -344,12 +339,7 @@ def _enums(case: MotionCode) -> str:
             "Modes; slip_neg and slip_pos are slips to the left and to the right",
         ),
         ("output", "output", outputs, "Outputs"),
-        (
-            "event_kind",
-            "event",
-            [(k, k.sentence) for k in case.outline.kinds],
-            "Kinds of events",
-        ),
+        ("event_kind", "event", [(k, k.sentence) for k in case.outline.kinds], "Kinds of events"),
         ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
         ("case", "case", [(c.value, c.sentence) for c in CASES], "Cases of one rigid contact"),
     ]

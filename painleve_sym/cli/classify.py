@@ -181,13 +181,8 @@ def _show_solutions(classification: Classification) -> None:
     sizes, single = (force, force, rate, rate), classification.single
 
     def cells(s: ContactSolution) -> Iterator[tuple[str, ...]]:
-        forces, rates = (
-            (s.normal_forces, s.tangential_forces),
-            (
-                s.normal_accelerations,
-                s.tangential_accelerations,
-            ),
-        )
+        forces = s.normal_forces, s.tangential_forces
+        rates = s.normal_accelerations, s.tangential_accelerations
         for mode, *values in zip(s.modes, *forces, *rates, strict=True):
             name = solution_name(s, problem) if single else mode.value
             pairs = zip(values, sizes, strict=True)

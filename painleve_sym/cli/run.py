@@ -235,10 +235,7 @@ def _output_files(arguments: argparse.Namespace, look: Mapping[str, Any]) -> dic
 
 
 def _write_files(
-    files: Mapping[str, Path],
-    trajectory: Trajectory,
-    scenario: Scenario,
-    look: Mapping[str, Any],
+    files: Mapping[str, Path], trajectory: Trajectory, scenario: Scenario, look: Mapping[str, Any]
 ) -> dict[str, str]:
     written = {}
     if "save" in files:

@@ -18,14 +18,7 @@ from sympy.logic.boolalg import Boolean
 from painleve_sym.contacts.model import FLIGHT, INDENTED, MOTION, StateRow
 from painleve_sym.contacts.scales import Numbers, Terms, rigid_scales
 from painleve_sym.errors import EventKind
-from painleve_sym.hybrid.automaton import (
-    Alternative,
-    Choice,
-    Part,
-    Test,
-    TestRole,
-    Transition,
-)
+from painleve_sym.hybrid.automaton import Alternative, Choice, Part, Test, TestRole, Transition
 from painleve_sym.laws.catalogue import Law
 from painleve_sym.laws.compliance import ramp
 from painleve_sym.mechanics.contact import Contact

@@ -13,12 +13,7 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.contact_states import OneContact
-from painleve_sym.contacts.impact_rays import (
-    APPROACH,
-    MEMORY,
-    RATE_ROUNDING,
-    ImpactRays,
-)
+from painleve_sym.contacts.impact_rays import APPROACH, MEMORY, RATE_ROUNDING, ImpactRays
 from painleve_sym.contacts.interfaces import (
     RUBBING,
     ContactMotion,

@@ -25,14 +25,7 @@ from painleve_sym.contacts.interfaces import FLIGHTS, ContactMotion, Memory, not
 from painleve_sym.contacts.model import CONTACTS, FLIGHT, MOTION, SLIPS
 from painleve_sym.contacts.scales import Terms
 from painleve_sym.errors import EventKind
-from painleve_sym.hybrid.automaton import (
-    Alternative,
-    Choice,
-    Part,
-    Test,
-    Transition,
-    positive,
-)
+from painleve_sym.hybrid.automaton import Alternative, Choice, Part, Test, Transition, positive
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)

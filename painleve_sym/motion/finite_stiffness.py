@@ -177,10 +177,7 @@ class CorrectedJumpRule:
         return CorrectedJumps(impacts, velocity, configuration)
 
     def _carried(
-        self,
-        point: Mapping[Any, Array],
-        start: Mapping[str, Array],
-        impacts: FrozenImpacts,
+        self, point: Mapping[Any, Array], start: Mapping[str, Array], impacts: FrozenImpacts
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the coefficients at the means of both parts of the impact.
 

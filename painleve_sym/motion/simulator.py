@@ -16,10 +16,7 @@ from painleve_sym.engines.protocol import RawRun, RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
 from painleve_sym.hooks import upper
 from painleve_sym.mechanics.declarations import ParameterSet
-from painleve_sym.mechanics.materials import (
-    MaterialsLike,
-    two_materials,
-)
+from painleve_sym.mechanics.materials import MaterialsLike, two_materials
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
 from painleve_sym.motion.law_numbers import values_of_materials
@@ -117,9 +114,7 @@ class Simulator(MechanismWithLaws):
 
     @spelled_out(RunArguments)
     def run(
-        self,
-        state: Mapping[str, Value] | None = None,
-        **arguments: Unpack[RunArguments],
+        self, state: Mapping[str, Value] | None = None, **arguments: Unpack[RunArguments]
     ) -> Trajectory:
         """Integrate the motion from t = 0.
 
@@ -306,12 +301,7 @@ class Simulator(MechanismWithLaws):
             )
         return values
 
-    def trajectory(
-        self,
-        raw: RawRun,
-        start: Start,
-        options: RunOptions,
-    ) -> Trajectory:
+    def trajectory(self, raw: RawRun, start: Start, options: RunOptions) -> Trajectory:
         """Return a run as a trajectory."""
         return Trajectory(
             names=self.names,

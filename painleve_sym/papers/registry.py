@@ -191,11 +191,7 @@ def selected(
     return tuple((p, n) for p, n in items if n in only or p.claims.items[n].group in only)
 
 
-def reproduce(
-    only: Sequence[str] | None = None,
-    *,
-    paper: str | None = None,
-) -> Reproduction:
+def reproduce(only: Sequence[str] | None = None, *, paper: str | None = None) -> Reproduction:
     """Compute every item, or those asked for; one that raises an exception has failed.
 
     Parameters

@@ -152,11 +152,7 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
     body = Body(m.symbol, centre, inertia, theta.symbol, tuple(modes), "rod")
     name = "rod-bending" if (bending, axial) == (3, 1) else f"rod-bending:{bending},{axial}"
     system = LagrangianSystem.of_bodies(
-        name,
-        (x, y, theta, *modal),
-        (m, l, rho, Y, zeta, g, mu),
-        [body],
-        gravity=g.symbol,
+        name, (x, y, theta, *modal), (m, l, rho, Y, zeta, g, mu), [body], gravity=g.symbol
     )
     end = body.point((-l.symbol, 0), shapes)
     places = (l.symbol * sp.Rational(2 * k - STATIONS + 1, STATIONS - 1) for k in range(STATIONS))

@@ -255,11 +255,7 @@ class BatchResult:
                 f"dimension of the shape {self.shape}."
             )
         coordinates = {
-            self._label(name): (
-                tuple(dims[i] for i in axes),
-                values,
-                {"units": self.units(name)},
-            )
+            self._label(name): (tuple(dims[i] for i in axes), values, {"units": self.units(name)})
             for name, (axes, values) in self.varied.items()
         }
         usual = tuple(n for n in self.names if not n.startswith("times_of_"))

@@ -226,11 +226,7 @@ class RunDerivatives:
                 memory=tuple(f"memory {i}" for i in range(len(raw.memory))),
                 outputs=(*trajectory.output_names, *outputs),
             ),
-            record=replace(
-                record,
-                steps=steps,
-                constants=engine.constants(parameters),
-            ),
+            record=replace(record, steps=steps, constants=engine.constants(parameters)),
             final_state=raw.state,
             final_memory=raw.memory,
             evaluator=EngineOutputs(engine, partial(tapes_of_functions, functions)),

@@ -265,12 +265,7 @@ class Directions:
         return SensitiveImpacts(self.functions, names, constants, sizes, scale, tolerance)
 
     def _assembled(
-        self,
-        raw: RawRun,
-        start: Start,
-        sizes: Array,
-        options: RunOptions,
-        notes: Sequence[str],
+        self, raw: RawRun, start: Start, sizes: Array, options: RunOptions, notes: Sequence[str]
     ) -> SensitiveTrajectory:
         sim, functions, engine = self.simulator, self.functions, self.engine
         nx, k, no = len(start.state), len(self.wrt), len(sim.outline.output_names)

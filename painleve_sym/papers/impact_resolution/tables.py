@@ -9,12 +9,7 @@ import sympy as sp
 
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.motion.law_numbers import compression_of_force
-from painleve_sym.papers.impact_resolution.claims import (
-    CLAIMS,
-    COLUMNS,
-    INITIAL_FORCES,
-    TABLES,
-)
+from painleve_sym.papers.impact_resolution.claims import CLAIMS, COLUMNS, INITIAL_FORCES, TABLES
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, Verdict, table
 
