@@ -208,11 +208,6 @@ class OneContact(ContactStates):
         return self.rows[0].slip
 
     @property
-    def _gap_is_extra(self) -> bool:
-        """Whether the gap is a state beside the coordinates."""
-        return self.gap not in self.mechanism.motion
-
-    @property
     def _slip_is_extra(self) -> bool:
         """Whether the slip velocity is a state beside the velocities."""
         return self.slip not in self.mechanism.motion
@@ -297,7 +292,7 @@ class OneContact(ContactStates):
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
         """Return g̈_N: exactly the same for any force where A′ = 0."""
         c, holds = self.mechanism.coefficients, contact == "stick" and not self.stick_yields
-        if self._gap_is_extra and not (holds and c.rank_one):
+        if self.gap not in self.mechanism.motion and not (holds and c.rank_one):
             return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
         if holds:
             return c.A_stick * force + c.B_stick

@@ -160,7 +160,8 @@ def explore(
     (True, True)
     """
     mechanism = as_mechanism(mechanism)
-    laws = default_law(mechanism) if law is None else _one_or_by_contact(as_law(law))
+    given: Any = default_law(mechanism) if law is None else as_law(law)
+    laws: Laws = LawsByContact(given) if isinstance(given, Mapping) else given
     stored = stored_module(mechanism, laws)
     notes: list[str] = []
     if stored is None:
@@ -227,10 +228,6 @@ def explore_motion(run: Trajectory) -> ExplorerWidget:
 def packed_module(code: bytes) -> bytes:
     """Return a module as a gzip file that holds no date."""
     return gzip.compress(code, 9, mtime=0)
-
-
-def _one_or_by_contact(law: Any) -> Laws:
-    return LawsByContact(law) if isinstance(law, Mapping) else law
 
 
 def words() -> dict[str, str]:
