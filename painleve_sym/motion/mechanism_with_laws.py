@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.codegen.quantities import quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.engines.factory import SOURCES, make_engine
@@ -21,7 +23,12 @@ from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
-from painleve_sym.mechanics.materials import Material
+from painleve_sym.mechanics.materials import (
+    Material,
+    MaterialsLike,
+    material_values,
+    two_materials,
+)
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.records import MotionNames
 from painleve_sym.units import Value
@@ -205,6 +212,57 @@ class MechanismWithLaws:
     def _order(self) -> tuple[str, ...]:
         """Names of the parameters in the engine's order."""
         return self.outline.parameter_names
+
+    def loading_curve(self, values: Mapping[str, Array], i: int = 0) -> tuple[Array, Array]:
+        """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
+
+        def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
+            curves = {
+                f"{name}_{k}": getattr(law, name)
+                for k, law in self.contact.compliant.items()
+                for name in ("stiffness", "exponent")
+            }
+            return curves, (*self.automaton.parameters, *self.automaton.definitions)
+
+        names, definition = self.outline.constant_names, self.contact.definition
+        curve = quantities("loading curves", definition, names, derive).at(values)
+        return curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
+
+    def compression_of_force(self, force: Value, parameters: Mapping[str, float]) -> float:
+        """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
+
+        The initial surface energy of the paper, (10), is given this way.
+        """
+        force = number(force, "initial force", where=self.where, unit="N", lower=0.0)
+        _ = self.contact_law  # rejects laws without a loading curve
+        values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
+        k, n = (float(v[0]) for v in self.loading_curve(values))
+        return float((force / k) ** (1 / n))
+
+    def values_of_materials(
+        self, materials: MaterialsLike, given: Mapping[str, Any] | None = None
+    ) -> dict[str, float]:
+        """Return the values that materials give to parameters of mechanism and laws.
+
+        Parameters
+        ----------
+        materials : Material or its name, or two
+            That of both bodies in contact, or those of the moving body and of the other:
+            ``steel,rubber``.
+        given : mapping of str to object
+            Parameters that have their values, and are left out.
+
+        Raises
+        ------
+        InputError
+            Unknown names, a property that a material lacks.
+        """
+        pair, known = two_materials(materials), given or {}
+        declared, law = self.mechanism.outline.parameters, f"law {self.label!r}"
+        return {
+            **material_values(self.where, pair, declared, known),
+            **material_values(law, pair, self.own_parameters, known),
+        }
 
     @cached_property
     def output_tapes(self) -> TapeOutputs:

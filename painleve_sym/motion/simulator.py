@@ -19,7 +19,6 @@ from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.materials import MaterialsLike, two_materials
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
-from painleve_sym.motion.law_numbers import values_of_materials
 from painleve_sym.motion.locate_limit import with_limit
 from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 from painleve_sym.motion.records import EngineOutputs
@@ -153,7 +152,7 @@ class Simulator(MechanismWithLaws):
         """Return the checked place of a start, with the laws' parameters too; see `simulate`."""
         given = self.given(parameters, law_parameters)
         if material is not None:
-            given = {**values_of_materials(self, material, given), **given}
+            given = {**self.values_of_materials(material, given), **given}
         place = self.mechanism.at(state, given, declared=self.declared, where=self.where)
         return place if close is None else closed_place(place, close)
 
@@ -180,7 +179,7 @@ class Simulator(MechanismWithLaws):
         """Return a checked place of the mechanism with the parameters of the laws, checked too."""
         given = self.given({}, law_parameters)
         if material is not None:
-            given |= values_of_materials(self, material, {**place.parameters, **given})
+            given |= self.values_of_materials(material, {**place.parameters, **given})
         own = ParameterSet(*self.own_parameters).values(self.where, given)
         return replace(place, parameters={**place.parameters, **own})
 
