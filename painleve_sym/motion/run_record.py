@@ -153,16 +153,16 @@ class RunRecord:
             rows.mode_before, rows.state_before, rows.memory_before, self.constants
         )
         at = {name: outputs[:, i] for i, name in enumerate(outline.output_names)}
-        own = [c.name for c in simulator.mechanism.outline.contacts]
+        first, *others = simulator.names.contacts
         records = []
         for i, after in enumerate(rows.state_after.tolist()):
             place = int(rows.contact[i])
             contact = outline.contacts[place] if place >= 0 else ""
-            end = f"_{contact or own[0]}" if len(own) > 1 else ""
             # A decision for several contacts at once has no force of its own.
             decided = place < 0 and rows.transition[i] < 0
             carried = ("normal_force", "tangential_force", "gap")
-            force, friction, gap = (0.0 if decided else float(at[f"{n}{end}"][i]) for n in carried)
+            named = (simulator.names.of_contact(n, contact or first) for n in carried)
+            force, friction, gap = (0.0 if decided else float(at[n][i]) for n in named)
             records.append(
                 EventRecord(
                     time=float(rows.time[i]),
@@ -173,7 +173,7 @@ class RunRecord:
                     normal_force=force,
                     tangential_force=friction,
                     compression=-gap,
-                    contact=contact if len(own) > 1 else own[0],
+                    contact=contact if others else first,
                 )
             )
         return records

@@ -284,8 +284,7 @@ class Trajectory(Shown):
             known = [abs(v) for v in self.final_forces.values()]
             known += [abs(f) for e in self.events for f in (e.normal_force, e.tangential_force)]
             return max(known, default=0.0)
-        ends = f"{name}_{contact}" if len(self.names.contacts) > 1 and contact else name
-        known = [self.record.scales.get(ends, 0.0)]
+        known = [self.record.scales.get(self.names.of_contact(name, contact), 0.0)]
         if name in self.state_names:
             i = self.state_names.index(name)
             known.append(float(np.max(np.abs(self.step_rows[:, 0, i]), initial=0.0)))

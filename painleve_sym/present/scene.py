@@ -116,8 +116,7 @@ class Scene:
 
     def of_contact(self, name: str, contact: str) -> Array:
         """Return an output of one contact, shape (frames,)."""
-        several = len(self.trajectory.names.contacts) > 1
-        return self.outputs[f"{name}_{contact}" if several else name]
+        return self.outputs[self.trajectory.names.of_contact(name, contact)]
 
     def points(self, i: int) -> Array:
         """Return the points of a shape, shape (frames, points, 2); m."""
