@@ -1,4 +1,4 @@
-"""What a drawing of a mechanism shows: its shapes, the places of its contacts, the ground."""
+"""Parts of a drawing of a mechanism: its shapes, the places of its contacts, the ground."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class Start(NamedTuple):
 
 @dataclass(frozen=True, init=False)
 class MechanismWithLaws:
-    """What a `Simulator` knows of its motions before it runs one."""
+    """Names, parameters and numbers of a mechanism with its laws; a `Simulator` runs it."""
 
     mechanism: Mechanism
     law: Law | Mapping[str, Law] = field(hash=False)
