@@ -33,9 +33,11 @@ _CASES = {
     "indeterminate": "several solutions",
     "outside": "beyond the mechanism's domain",
 }
-_BILATERAL_CASES = _CASES | {
+_BILATERAL_CASES = {
     "slip": "one solution",
+    "inconsistent": _CASES["inconsistent"],
     "indeterminate": "two solutions, one of each sign of F_n",
+    "outside": _CASES["outside"],
 }
 
 
@@ -102,7 +104,7 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
     rows = [
         (name, f"{100 * regions.counts[name] / total:.2f} %", text)
         for name, text in cases.items()
-        if regions.counts[name] or name not in ("outside", *("liftoff",) * regions.bilateral)
+        if regions.counts[name] or name != "outside"
     ]
     show_table(("case", "points", "meaning"), rows, left=(0, 2))
     share = 100 * data["stick_feasible_count"] / total

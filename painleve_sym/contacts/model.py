@@ -107,8 +107,7 @@ class ContactModel:
 
     def _check_several(self) -> None:
         """Raise InputError where several contacts cannot follow their laws together."""
-        name, laws = self.mechanism.name, self.laws
-        rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
+        name, rigid = self.mechanism.name, self._rigid_laws
         if len(rigid) > 1:
             first, second = (
                 ", ".join(f"{k} {v!r}" for k, v in law.choices.items()) for law in rigid[:2]
@@ -179,7 +178,11 @@ class ContactModel:
     @property
     def rigid_law(self) -> RigidLaw:
         """The law of all rigid contacts; the default one where only guides are rigid."""
-        return next((law for law in self.laws if not law.is_compliant), RigidLaw())
+        return next(iter(self._rigid_laws), RigidLaw())
+
+    @property
+    def _rigid_laws(self) -> list[RigidLaw]:
+        return list(dict.fromkeys(law for law in self.laws if isinstance(law, RigidLaw)))
 
     @cached_property
     def definition(self) -> str:
