@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 
 def positive_function(
-    mechanism: Mechanism, over: Mapping[str, tuple[float, float]], values: Mapping[str, float]
+    mechanism: Mechanism,
+    over: Mapping[str, tuple[float, float]],
+    values: Mapping[str, float],
 ) -> tuple[ca.Function, dict[str, float]]:
     """Return W_nn² − μ² |w|² of the only contact as a function of the quantities of a box.
 
