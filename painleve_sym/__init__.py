@@ -11,6 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.hooks import register
+from painleve_sym.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from painleve_sym import laws as laws
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.coefficients import ContactCoefficients as ContactCoefficients
     from painleve_sym.mechanics.contact import Contact as Contact
     from painleve_sym.mechanics.declarations import Coordinate as Coordinate
+    from painleve_sym.mechanics.declarations import DomainBound as DomainBound
     from painleve_sym.mechanics.declarations import Parameter as Parameter
     from painleve_sym.mechanics.formulas.formula import Formula as Formula
     from painleve_sym.mechanics.formulas.formula import ImpulsePhase as ImpulsePhase
@@ -88,7 +90,6 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.impact.impact_class import ImpactClass as ImpactClass
     from painleve_sym.mechanics.materials import Material as Material
     from painleve_sym.mechanics.materials import material as material
-    from painleve_sym.mechanics.mechanism import DomainBound as DomainBound
     from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
     from painleve_sym.mechanics.mechanism import Place as Place
     from painleve_sym.mechanics.quaternions import Quaternion as Quaternion
@@ -154,8 +155,6 @@ if TYPE_CHECKING:
     from painleve_sym.study.sweeps.runner import sweep as sweep
     from painleve_sym.study.sweeps.sweep import Sweep as Sweep
 
-__version__ = "0.7.0"
-
 _NAMES = {
     "c_export.export": ("Export", "export_c"),
     "choices": ("EngineName", "Friction", "Policy", "Record", "Reload", "Restitution"),
@@ -193,11 +192,11 @@ _NAMES = {
     "mechanics.bodies": ("Body", "Load", "Mode", "NaturalPeriod", "Spring"),
     "mechanics.coefficients": ("ContactCoefficients",),
     "mechanics.contact": ("Contact",),
-    "mechanics.declarations": ("Coordinate", "Parameter"),
+    "mechanics.declarations": ("Coordinate", "DomainBound", "Parameter"),
     "mechanics.formulas.formula": ("Formula", "ImpulsePhase", "Section"),
     "mechanics.impact.impact_class": ("ImpactClass",),
     "mechanics.materials": ("Material", "material"),
-    "mechanics.mechanism": ("DomainBound", "Mechanism", "Place"),
+    "mechanics.mechanism": ("Mechanism", "Place"),
     "mechanics.shapes": ("Shape", "ShapeKind"),
     "mechanics.quaternions": ("Quaternion",),
     "mechanics.spatial_bodies": ("Orientation", "SpatialBody"),

@@ -9,7 +9,6 @@ from importlib import resources
 from string import Template
 from typing import Any
 
-import painleve_sym
 from painleve_sym.arrays import Array
 from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
@@ -25,6 +24,7 @@ from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.version import __version__
 
 _LIBRARY_ONLY = ("-fPIC", "-shared", "-fvisibility=hidden")
 NUMERIC_FLAGS = tuple(flag for flag in FLAGS if flag not in _LIBRARY_ONLY)
@@ -104,7 +104,7 @@ class MotionCode:
             "name": name,
             "NAME": name.upper(),
             "title": self.title,
-            "version": painleve_sym.__version__,
+            "version": __version__,
             "compiler": c_comment(self.compiler.version),
             "flags": flags,
             "cc": f"cc {flags} -o {name}_example {sources} -lm",
@@ -329,12 +329,7 @@ def _enums(case: MotionCode) -> str:
         for n, p in parameters
     ]
     tables: list[tuple[str, str, Iterable[tuple[str, str]], str]] = [
-        (
-            "state",
-            "state",
-            case.states.items(),
-            "States, with their units",
-        ),
+        ("state", "state", case.states.items(), "States, with their units"),
         ("parameter", "parameter", ranges, "Parameters, with their units"),
         ("memory", "memory", memory, "Memory: constant within a mode, 0 at the start"),
         (
@@ -344,12 +339,7 @@ def _enums(case: MotionCode) -> str:
             "Modes; slip_neg and slip_pos are slips to the left and to the right",
         ),
         ("output", "output", outputs, "Outputs"),
-        (
-            "event_kind",
-            "event",
-            [(k, k.sentence) for k in case.outline.kinds],
-            "Kinds of events",
-        ),
+        ("event_kind", "event", [(k, k.sentence) for k in case.outline.kinds], "Kinds of events"),
         ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
         ("case", "case", [(c.value, c.sentence) for c in CASES], "Cases of one rigid contact"),
     ]

@@ -7,7 +7,6 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-import painleve_sym
 from painleve_sym.c_export.files import filled
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.errors import InputError
@@ -16,6 +15,7 @@ from painleve_sym.files import write_beside
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT
 from painleve_sym.robots.robot import RobotContact
 from painleve_sym.robots.tree import rotation_rpy
+from painleve_sym.version import __version__
 
 
 def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
@@ -54,7 +54,7 @@ def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
         "guard": name.upper(),
         "robot": c_comment(tree.name),
         "contact": c_comment(contact.dynamics.contacts[0].frame),
-        "version": painleve_sym.__version__,
+        "version": __version__,
         "count": len(joints),
         "names": ", ".join(map(c_string, joints)),
         "generated": c_functions([function]),

@@ -15,7 +15,7 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import NAMED
-from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario, misplaced
+from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario
 
 _OPTIONS = (
     *("t_end", "until", "initial_force", "rtol", "max_steps", "max_events", "samples", "engine"),
@@ -45,11 +45,8 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
     if arguments.set is not None:
         given["parameters"] = read_quantities("--set", arguments.set, units)
     if getattr(arguments, "law_set", None) is not None:
-        own = _parameters_of(base.model)
-        given |= read_law_settings(base.law, arguments.law_set, own)
-    scenario = base.updated(given)
-    _check_owners(scenario)
-    return scenario.from_material()
+        given |= read_law_settings(base.law, arguments.law_set, base.named_parameters)
+    return base.updated(given).with_owned_parameters().from_material()
 
 
 def chosen_mechanism(name: str, contact: str | None) -> Mechanism:
@@ -119,20 +116,3 @@ def chosen_law(name: str | None, texts: list[str] | None) -> Law | LawsByContact
         raise InputError("--law: missing. Fix: name one, such as --law bilinear-hertz.")
     settings = read_law_settings(name, texts) if texts else {"law_choices": {}}
     return law(name, **settings["law_choices"])
-
-
-def _check_owners(scenario: Scenario) -> None:
-    """Point out a parameter that was given to the mechanism but belongs to the law."""
-    own = _parameters_of(scenario.model)
-    if scenario.law is None or not own:
-        return
-    of_law = scenario.contact_law().parameters
-    for name in scenario.parameters:
-        if name not in own and (fault := misplaced(name, of_law)):
-            raise InputError(fault)
-
-
-def _parameters_of(name: str) -> set[str]:
-    """Return the parameters of a named mechanism; none of a file, which is read later."""
-    named = name.partition(":")[0] in NAMED
-    return {p.name for p in model(name).outline.parameters} if named else set()

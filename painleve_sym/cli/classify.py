@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterable, Iterator
 
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.output import (
@@ -18,7 +19,8 @@ from painleve_sym.cli.output import (
 from painleve_sym.cli.run import show_case
 from painleve_sym.contacts.classify import Classification, solution_name
 from painleve_sym.contacts.classify_in_space import SpatialClassification
-from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.problem import ContactCase, ContactSolution
+from painleve_sym.contacts.spatial_problem import SpatialSolution
 
 _CONTINUUM = "Forces that belong to a continuum of solutions: one of them is shown."
 
@@ -96,24 +98,40 @@ def _show_in_space(classification: SpatialClassification) -> None:
     rate = max(
         (abs(v) for s in solutions for a in s.accelerations for v in a.tolist()), default=0.0
     )
-    rows_of = list[tuple[str, ...]]()
-    for k, s in enumerate(solutions, 1):
+
+    def cells(s: SpatialSolution) -> Iterator[tuple[str, ...]]:
         parts = zip(s.modes, s.directions, s.forces, s.accelerations, strict=True)
-        for name, (mode, angle, F, a) in zip(classification.contacts, parts, strict=True):
-            first = (mode.value,) if classification.single else (str(k), name, mode.value)
+        for mode, angle, F, a in parts:
             way = "" if angle is None else number(angle)
             values = [number(f, size=force) for f in F.tolist()]
             values += [number(v, size=max(rate, 1e-300)) for v in a.tolist()]
-            rows_of.append((*first, way, *values))
-    if rows_of:
-        names = ("solution",) if classification.single else ("solution", "contact", "mode")
+            yield mode.value, way, *values
+
+    if solutions:
         forces, rates = ("F_n [N]", "F_t1 [N]", "F_t2 [N]"), ("a_n [m/s^2]", "a_t1", "a_t2")
-        head = (*names, "slip [rad]", *forces, *rates)
-        show_table(head, rows_of, left=tuple(range(len(names))))
+        head = ("slip [rad]", *forces, *rates)
+        _show_each_contact(classification, head, map(cells, solutions))
     if any(s.isolated is False for s in solutions):
         show(_CONTINUUM)
     if not problem.complete:
         show(problem.guarantee)
+
+
+def _show_each_contact(
+    classification: Classification | SpatialClassification,
+    head: tuple[str, ...],
+    cells: Iterable[Iterable[tuple[str, ...]]],
+) -> None:
+    """Print a row for each contact in each solution: its mode, then the cells under the head."""
+    rows: list[tuple[str, ...]] = [
+        (str(k), name, *own)
+        for k, solution in enumerate(cells, 1)
+        for name, own in zip(classification.contacts, solution, strict=True)
+    ]
+    names: tuple[str, ...] = ("solution", "contact", "mode")
+    if classification.single:  # its solutions have names
+        rows, names = [row[2:] for row in rows], names[:1]
+    show_table((*names, *head), rows, left=tuple(range(len(names))))
 
 
 def _show_coefficients(classification: Classification) -> None:
@@ -156,33 +174,23 @@ def _show_closed(classification: Classification) -> None:
 
 def _show_solutions(classification: Classification) -> None:
     """Print the forces and accelerations of each contact in each solution."""
-    rows = []
-    solutions = classification.solutions
+    solutions, problem = classification.solutions, classification.problem
     force = max((abs(float(f)) for s in solutions for f in s.forces), default=0.0)
     rate = max((abs(float(a)) for s in solutions for a in s.accelerations), default=0.0)
-    rate = max(rate, *map(abs, classification.problem.b.tolist()))
-    sizes = (force, force, rate, rate)
-    for k, s in enumerate(solutions, 1):
-        parts = zip(
-            classification.contacts,
-            s.modes,
-            s.normal_forces,
-            s.tangential_forces,
-            s.normal_accelerations,
-            s.tangential_accelerations,
-            strict=True,
-        )
-        for name, mode, *values in parts:
-            several = (str(k), name, mode.value)
-            first = (
-                (solution_name(s, classification.problem),) if classification.single else several
-            )
+    rate = max(rate, *map(abs, problem.b.tolist()))
+    sizes, single = (force, force, rate, rate), classification.single
+
+    def cells(s: ContactSolution) -> Iterator[tuple[str, ...]]:
+        forces = s.normal_forces, s.tangential_forces
+        rates = s.normal_accelerations, s.tangential_accelerations
+        for mode, *values in zip(s.modes, *forces, *rates, strict=True):
+            name = solution_name(s, problem) if single else mode.value
             pairs = zip(values, sizes, strict=True)
-            rows.append((*first, *(number(float(v), size=size) for v, size in pairs)))
-    names = ("solution",) if classification.single else ("solution", "contact", "mode")
-    head = (*names, "F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
-    show_table(head, rows, left=tuple(range(len(names))))
-    if not classification.single and any(s.isolated is False for s in classification.solutions):
+            yield name, *(number(float(v), size=size) for v, size in pairs)
+
+    head = ("F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
+    _show_each_contact(classification, head, map(cells, solutions))
+    if not single and any(s.isolated is False for s in solutions):
         show(_CONTINUUM)
 
 

@@ -8,13 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import (
-    MAPS,
-    figure_file,
-    read_look,
-    read_range,
-    unit_for,
-)
+from painleve_sym.cli.options import MAPS, figure_file, read_look, read_range, unit_for
 from painleve_sym.cli.output import (
     assignments,
     deliver_map,

@@ -274,7 +274,7 @@ def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
             name: {"default": default, "values": CHOICES[name], "notes": _notes(name)}
             for name, default in offered_choices(one).items()
         },
-        "branches": [b.name for b in one.branches] if one.is_compliant else [],
+        "branches": [b.name for b in one.branches],
     }
 
 

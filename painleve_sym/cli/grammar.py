@@ -6,10 +6,10 @@ import argparse
 import textwrap
 from typing import Any, NoReturn
 
-import painleve_sym
 from painleve_sym.cli.commands import COMMANDS, Option, Reader
 from painleve_sym.cli.texts import EXAMPLES, OPENING, PROGRAM, meanings
 from painleve_sym.errors import InputError
+from painleve_sym.version import __version__
 
 SHELLS = ("bash", "zsh", "tcsh")
 
@@ -100,7 +100,7 @@ def parsers() -> tuple[Parser, dict[str, Parser]]:
         description=OPENING + "\n".join(f"  {n:10s} {c.summary}" for n, c in COMMANDS.items()),
         epilog=EXAMPLES,
     )
-    parser.add_argument("--version", action="version", version=painleve_sym.__version__)
+    parser.add_argument("--version", action="version", version=__version__)
     parser.add_argument(
         "--print-completion",
         action=_Completion,

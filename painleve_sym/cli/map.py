@@ -19,14 +19,7 @@ from painleve_sym.cli.options import (
     read_range,
     unit_for,
 )
-from painleve_sym.cli.output import (
-    assignments,
-    deliver_map,
-    number,
-    quantity,
-    show,
-    show_table,
-)
+from painleve_sym.cli.output import assignments, deliver_map, number, quantity, show, show_table
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.axes import SLIP_DIRECTION
 from painleve_sym.study.maps.region_map import RegionMap, region_map
@@ -40,9 +33,11 @@ _CASES = {
     "indeterminate": "several solutions",
     "outside": "beyond the mechanism's domain",
 }
-_BILATERAL_CASES = _CASES | {
+_BILATERAL_CASES = {
     "slip": "one solution",
+    "inconsistent": _CASES["inconsistent"],
     "indeterminate": "two solutions, one of each sign of F_n",
+    "outside": _CASES["outside"],
 }
 
 
@@ -109,7 +104,7 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
     rows = [
         (name, f"{100 * regions.counts[name] / total:.2f} %", text)
         for name, text in cases.items()
-        if regions.counts[name] or name not in ("outside", *("liftoff",) * regions.bilateral)
+        if regions.counts[name] or name != "outside"
     ]
     show_table(("case", "points", "meaning"), rows, left=(0, 2))
     share = 100 * data["stick_feasible_count"] / total

@@ -148,15 +148,15 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     value = scenario.coefficient_of(rule)
     show(f"{rule.title}, {rule.parameter.name} = {number(value)}")
     show()
-    in_space = scenario.mechanism().outline.in_space
-    tangents = ("P_1 [N s]", "P_2 [N s]") if in_space else ("P_t [N s]",)
-    head = ("phase", "P_n [N s]", *tangents, "stored [J]", *(["slip [rad]"] if in_space else []))
+    head: tuple[str, ...] = ("phase", "P_n [N s]", "P_t [N s]", "stored [J]")
+    if scenario.mechanism().outline.in_space:
+        head = (*head[:2], "P_1 [N s]", "P_2 [N s]", head[-1], "slip [rad]")
     rows = []
     for p in impact.phases:
         P_t = map(number, in_each_direction(p.tangential_impulse))
-        slip = "" if p.direction is None else number(p.direction)
-        cells = (p.name, number(p.normal_impulse), *P_t, number(p.stored_energy))
-        rows.append((*cells, slip) if in_space else cells)
+        way = "" if p.direction is None else number(p.direction)
+        cells = (p.name, number(p.normal_impulse), *P_t, number(p.stored_energy), way)
+        rows.append(cells[: len(head)])
     show_table(head, rows)
     show()
     show("velocities at the end of each phase")
@@ -235,10 +235,7 @@ def _output_files(arguments: argparse.Namespace, look: Mapping[str, Any]) -> dic
 
 
 def _write_files(
-    files: Mapping[str, Path],
-    trajectory: Trajectory,
-    scenario: Scenario,
-    look: Mapping[str, Any],
+    files: Mapping[str, Path], trajectory: Trajectory, scenario: Scenario, look: Mapping[str, Any]
 ) -> dict[str, str]:
     written = {}
     if "save" in files:

@@ -15,8 +15,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-import painleve_sym
 from painleve_sym.codegen.cache import PREFIX, cache_folder, own_content, work_folder
+from painleve_sym.version import __version__
 
 MECHANISM = ("mechanics", "codegen")
 """Folders that derive a mechanism."""
@@ -54,7 +54,7 @@ def _definition(source: Any) -> str:
 def _versions() -> str:
     """Return the versions of the packages that derive."""
     marks = (_package_mark("sympy", "release.py"), _package_mark("casadi", "_casadi.so"))
-    return "\n".join((painleve_sym.__version__, *marks))
+    return "\n".join((__version__, *marks))
 
 
 @functools.lru_cache(maxsize=16)
@@ -89,7 +89,7 @@ def _package_mark(name: str, file: str) -> str:
 
 
 def _code_files(folder: str) -> list[str]:
-    folders, files = [os.path.join(os.path.dirname(painleve_sym.__file__), folder)], []
+    folders, files = [os.path.join(os.path.dirname(os.path.dirname(__file__)), folder)], []
     while folders:
         with os.scandir(folders.pop()) as entries:
             for entry in entries:

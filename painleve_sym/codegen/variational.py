@@ -165,11 +165,7 @@ class VariationalFunctions(AutomatonFunctions):
         return self._along(self._by(values), self._S)
 
     def _by(self, expr: ca.SX) -> Rows:
-        return (
-            ca.jacobian(expr, self._x),
-            ca.jacobian(expr, self._z),
-            ca.jacobian(expr, self._c),
-        )
+        return (ca.jacobian(expr, self._x), ca.jacobian(expr, self._z), ca.jacobian(expr, self._c))
 
     def _slopes(self, transition: Transition) -> _EventSlopes:
         # An immediate transition takes no time: any guard that does not move says so.
@@ -242,8 +238,7 @@ class VariationalFunctions(AutomatonFunctions):
     def _mode(self, i: int, mode: Mode) -> ModeFunctions:
         plain = super()._mode(i, mode)
         rates = ca.vertcat(
-            self._rates[i],
-            _listed(self._along(self._rates_by[i], self._S), self._S.sparsity()),
+            self._rates[i], _listed(self._along(self._rates_by[i], self._S), self._S.sparsity())
         )
         *jets, _ = plain.jets(self.x, self.z, self.c)
         return replace(

@@ -1,11 +1,6 @@
 """Complementarity problems, no mechanics: enumeration, pivots, relaxations, matrix classes."""
 
-from painleve_sym.complementarity.lcp import (
-    LCP,
-    LCPSolution,
-    residual,
-    solve_all,
-)
+from painleve_sym.complementarity.lcp import LCP, LCPSolution, residual, solve_all
 from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, solve_lemke
 from painleve_sym.complementarity.matrix_class import is_copositive, is_p_matrix
 from painleve_sym.complementarity.mpcc import (

@@ -13,12 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.complementarity.lcp import (
-    ENUMERATION_LIMIT,
-    LCP,
-    equilibrate,
-    principal_block,
-)
+from painleve_sym.complementarity.lcp import ENUMERATION_LIMIT, LCP, equilibrate, principal_block
 from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.errors import InputError
 

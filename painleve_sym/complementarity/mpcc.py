@@ -42,10 +42,7 @@ class MPCCStatus(enum.Enum):
         "IPOPT stopped at a point where the violation has no descent. Without proof: the problem "
         "may be inconsistent, or the start was poor; try more starts, or solve_all decides",
     )
-    NOT_CONVERGED = (
-        "not_converged",
-        "IPOPT gave up; start elsewhere, or ask solve_all",
-    )
+    NOT_CONVERGED = ("not_converged", "IPOPT gave up; start elsewhere, or ask solve_all")
     NOT_VERIFIED = (
         "not_verified",
         "IPOPT reports success, but the point fails the residual check; ask solve_all",
@@ -87,10 +84,7 @@ class MPCCSurvey:
         return len(self.failures)
 
 
-def solve_mpcc(
-    problem: LCP,
-    start: npt.ArrayLike | None = None,
-) -> MPCCResult:
+def solve_mpcc(problem: LCP, start: npt.ArrayLike | None = None) -> MPCCResult:
     """Find one solution by relaxing ``z_i w_i = 0`` to ``z_i w_i <= tau`` with tau -> 0.
 
     Each relaxed program (Scholtes 2001) asks for the feasible point nearest to the last one::

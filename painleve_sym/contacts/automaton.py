@@ -25,12 +25,11 @@ from painleve_sym.contacts.contact_states import (
     FORCE_WORK,
     FRICTION_WORK,
     SINGULAR_MARGIN,
-    ContactRow,
     ContactStates,
 )
 from painleve_sym.contacts.guide import GuideInterface
 from painleve_sym.contacts.interfaces import ContactMotion, Interface, zero_factor
-from painleve_sym.contacts.model import CONTACT, MOTION, START
+from painleve_sym.contacts.model import CONTACT, MOTION, START, ContactModel
 from painleve_sym.contacts.rigid import RigidInterface
 from painleve_sym.contacts.tangential_spring import SpringInterface
 from painleve_sym.errors import EventKind, StopReason
@@ -45,11 +44,25 @@ from painleve_sym.hybrid.automaton import (
     TestRole,
     Transition,
 )
-from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.laws.catalogue import Law
 from painleve_sym.mechanics.contact_set import ContactSet
+from painleve_sym.mechanics.outline import ContactOutline
 
 _ZERO = sp.Integer(0)
+
+
+def interface_kinds(model: ContactModel) -> tuple[type[Interface], ...]:
+    """Return the kind of each contact of a mechanism with its law."""
+
+    def kind(contact: ContactOutline, law: Law) -> type[Interface]:
+        if contact.bilateral:
+            return GuideInterface
+        if not law.is_compliant:
+            return RigidInterface
+        yields = law.friction.tangential_stiffness is not None
+        return SpringInterface if yields else CompliantInterface
+
+    return tuple(map(kind, model.mechanism.outline.contacts, model.own_laws))
 
 
 @dataclass(frozen=True)
@@ -69,19 +82,15 @@ class PluralContacts(ContactStates):
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
         """The interface of each contact: its memory, local modes and transitions."""
-        yields = all(law.is_compliant for law in self.model.own_laws)
-        guided = any(c.bilateral for c in self.mechanism.contacts)
-        target = MOTION if yields and not guided else CONTACT
+        kinds = interface_kinds(self.model)
+        target = CONTACT if any(kind.rigid for kind in kinds) else MOTION
+        given = zip(kinds, self.rows, self.model.own_laws, strict=True)
+        return tuple(kind(row, target, law) for kind, row, law in given)
 
-        def interface(row: ContactRow, law: ContactLaw | RigidLaw) -> Interface:
-            if row.contact.bilateral:
-                return GuideInterface(row, target)
-            if not law.is_compliant:
-                return RigidInterface(row, target)
-            spring = law.friction.tangential_stiffness is not None
-            return (SpringInterface if spring else CompliantInterface)(row, target, law)
-
-        return tuple(interface(*pair) for pair in zip(self.rows, self.model.own_laws, strict=True))
+    @cached_property
+    def _guides(self) -> tuple[int, ...]:
+        """Indices of the contacts that hold from both sides."""
+        return tuple(i for i, row in enumerate(self.rows) if row.contact.bilateral)
 
     # ---- forces ----
 
@@ -113,7 +122,7 @@ class PluralContacts(ContactStates):
     @cached_property
     def _unknown(self) -> tuple[int, ...]:
         """Indices of the contacts whose normal force follows from g̈_N = 0."""
-        return tuple(i for i, c in enumerate(self.interfaces) if c.given_force is None)
+        return tuple(i for i, c in enumerate(self.interfaces) if c.rigid)
 
     def _normals(self) -> list[sp.Symbol]:
         return list(self._symbols["F"])[self._at.normals]
@@ -379,8 +388,7 @@ class PluralContacts(ContactStates):
         """Return sets of contacts that hold, where all stick, what a guide holds."""
         at, n = self._at, len(self.rows)
         tangents = [at.tangent(i) for i in range(n)]
-        guides = [i for i, row in enumerate(self.rows) if row.contact.bilateral]
-        sets = (s for i in guides for s in self._spanning(tangents, at.normal(i)))
+        sets = (s for i in self._guides for s in self._spanning(tangents, at.normal(i)))
         return [tuple(tangents.index(row) for row in rows) for rows in dict.fromkeys(sets)]
 
     def _spanning(self, rows: Sequence[int], target: int) -> list[tuple[int, ...]]:
@@ -434,12 +442,12 @@ class PluralContacts(ContactStates):
         """Impacts of the rigid contacts; None where there is none."""
         if not self._unknown:
             return None
-        guided = all(c.bilateral for c in self.mechanism.contacts)
-        has_law = not guided and not all(law.is_compliant for law in self.model.laws)
+        guided = len(self._guides) == len(self.rows)
+        has_law = not guided and len(self.model.compliant) < len(self.rows)
         own, given, rigid = self._symbols, self.contact_set, self.model.rigid_law
         return Impacts(
             rigid=self._unknown,
-            bilateral=tuple(i for i, row in enumerate(self.rows) if row.contact.bilateral),
+            bilateral=self._guides,
             contacts=tuple((r.gap, r.gap_rate, r.slip) for r in self.rows),
             velocities=tuple(self.mechanism.system.q_dot),
             works=(

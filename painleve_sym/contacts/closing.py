@@ -14,11 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import text_of
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
-from painleve_sym.contacts.delassus import (
-    Delassus,
-    argument_symbols,
-    domain_margins,
-)
+from painleve_sym.contacts.delassus import Delassus, argument_symbols, domain_margins
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.quaternions import QuaternionPart

@@ -5,20 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import ClassVar
 
 import sympy as sp
 
-from painleve_sym.contacts.contact_states import CONTACT_WORK, OneContact, cone_margins
+from painleve_sym.contacts.contact_states import CONTACT_WORK, OneContact
 from painleve_sym.contacts.interfaces import (
     FLIGHTS,
     RUBBING,
     ContactMotion,
     Interface,
     Memory,
+    cone_margins,
     switched,
     zero_factor,
 )
 from painleve_sym.contacts.model import CONTACT, CONTACTS, FLIGHT, INDENTED, MOTION, SLIPS
+from painleve_sym.contacts.scales import Numbers, Terms, compliant_scales
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
     Alternative,
@@ -80,12 +83,23 @@ class CompliantInterface(Interface):
     The law is in symbols of its own where that of another contact has the same names.
     """
 
+    rigid: ClassVar[bool] = False
+
     law: ContactLaw
 
     @property
     def flights(self) -> tuple[str, ...]:
         """Its local modes without force."""
         return FLIGHTS if self.law.recontacts else FLIGHTS[:1]
+
+    @property
+    def loading_curve(self) -> tuple[sp.Expr, sp.Expr]:
+        """K and n of K δⁿ."""
+        return self.law.stiffness, self.law.exponent
+
+    def scales(self, numbers: Numbers, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J)."""
+        return compliant_scales(numbers, self.row.gap, *self.loading_curve, terms)
 
     @cached_property
     def branches(self) -> tuple[str, ...]:
@@ -352,9 +366,7 @@ class CompliantContact(OneContact):
     @property
     def law(self) -> ContactLaw:
         """The law of the contact."""
-        (law,) = self.model.own_laws
-        assert law.is_compliant
-        return law
+        return self.model.compliant[0]
 
     @cached_property
     def interface(self) -> CompliantInterface:

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import sympy as sp
 
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.interfaces import ContactRow, Interface
 from painleve_sym.contacts.model import (
     CONTACT_LOSS,
     CONTACTS,
@@ -18,13 +19,11 @@ from painleve_sym.contacts.model import (
     FRICTION_LOSS,
     SLIPS,
     ContactModel,
-    StateRow,
 )
 from painleve_sym.contacts.preparation import preparation
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Reset, Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import TIME
 
@@ -35,43 +34,6 @@ FORCE_WORK = sp.Symbol(FORCE_LOSS, real=True)
 
 SINGULAR_MARGIN = sp.Rational(1, 10**8)
 """|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
-
-
-@dataclass(frozen=True)
-class ContactRow:
-    """The states of one contact: gap, its rate, and slip velocity.
-
-    `end` stands behind the names of its states and outputs where there are several contacts.
-    """
-
-    contact: Contact
-    gap: sp.Symbol
-    gap_rate: sp.Symbol
-    slip: sp.Symbol
-    end: str = ""
-
-    @classmethod
-    def of(cls, contact: Contact, names: StateRow, end: str) -> ContactRow:
-        """Return the row, with coordinates and velocities in place of symbols of its own."""
-        system = contact.system
-        known = {s.name: s for s in (*system.q, *system.q_dot)}
-        gap, rate, slip = (known.get(name) or sp.Symbol(name, real=True) for name in names)
-        return cls(contact, gap, rate, slip, end)
-
-    @property
-    def deflection(self) -> sp.Symbol:
-        """State ζ of its tangential spring, the deflection from that of slip; m."""
-        return sp.Symbol(f"deflection_from_slip{self.end}", real=True)
-
-    @property
-    def symbols(self) -> tuple[sp.Symbol, sp.Symbol, sp.Symbol]:
-        """Gap, its rate, slip velocity."""
-        return self.gap, self.gap_rate, self.slip
-
-    @property
-    def expressions(self) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-        """The states as functions of coordinates and velocities."""
-        return self.contact.gap, self.contact.gap_rate, self.contact.slip_velocity
 
 
 @dataclass(frozen=True)
@@ -100,12 +62,13 @@ class ContactStates(ABC):
         """States of `Mechanism.motion`, of contacts where needed, then dissipated energies."""
         own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
-        springs = [
-            row.deflection
-            for row, law in zip(self.rows, self.model.own_laws, strict=True)
-            if law.is_compliant and law.friction.tangential_stiffness is not None
-        ]
+        springs = (s for contact in self.interfaces for s in contact.states)
         return (*own, *extra, *springs, *self.dissipations)
+
+    @property
+    @abstractmethod
+    def interfaces(self) -> tuple[Interface, ...]:
+        """The interface of each contact: its memory, local modes and transitions."""
 
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:
@@ -189,7 +152,9 @@ class ContactStates(ABC):
             definitions=definitions,
             modes=tuple(modes),
             starts=starts,
-            preparation=preparation(self),
+            preparation=preparation(
+                self.mechanism, self.interfaces, self.dissipations, definitions
+            ),
             **more,
         )
 
@@ -203,6 +168,16 @@ class OneContact(ContactStates):
 
     stick_yields: ClassVar[bool] = False
     """Whether its stick has a force of its own, which does not keep v̇_t = 0."""
+
+    @property
+    @abstractmethod
+    def interface(self) -> Interface:
+        """The contact with its law."""
+
+    @property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """The contact with its law."""
+        return (self.interface,)
 
     def transition(
         self,
@@ -231,11 +206,6 @@ class OneContact(ContactStates):
     def slip(self) -> sp.Symbol:
         """State that holds v_t."""
         return self.rows[0].slip
-
-    @property
-    def _gap_is_extra(self) -> bool:
-        """Whether the gap is a state beside the coordinates."""
-        return self.gap not in self.mechanism.motion
 
     @property
     def _slip_is_extra(self) -> bool:
@@ -322,7 +292,7 @@ class OneContact(ContactStates):
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
         """Return g̈_N: exactly the same for any force where A′ = 0."""
         c, holds = self.mechanism.coefficients, contact == "stick" and not self.stick_yields
-        if self._gap_is_extra and not (holds and c.rank_one):
+        if self.gap not in self.mechanism.motion and not (holds and c.rank_one):
             return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
         if holds:
             return c.A_stick * force + c.B_stick
@@ -359,14 +329,6 @@ class OneContact(ContactStates):
         rates = self.field(contact, force, normal=zero) | {self.gap: zero}
         outputs = self.outputs(contact, force, zero)
         return Mode(name, rates, (*transitions, *self.domain_ends), outputs)
-
-
-def cone_margins(limit: sp.Expr, friction: sp.Expr) -> dict[int, sp.Expr]:
-    """Return the distances of friction F_t from what the contact can bear, the limit μ |F_n|; N.
-
-    Keys are the directions of the slip that begins where the distance falls to 0.
-    """
-    return {-1: limit - friction, 1: limit + friction}
 
 
 def row_acceleration(jacobian: sp.Matrix, accelerations: sp.Matrix, bias: sp.Expr) -> sp.Expr:

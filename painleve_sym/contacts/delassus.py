@@ -250,7 +250,7 @@ class Delassus:
         """Return the numbers of the contacts at one state, and how impulses move the mechanism."""
         function = self.whole_quantities
         numbers = function.of_vector([values[name] for name in function.arguments])
-        begin, moves = len(numbers) - self._motion_count, list[Array]()
+        begin, moves = len(numbers) - sum(map(math.prod, self._motion_shapes)), list[Array]()
         rest = np.array(numbers[begin:])
         end = 0
         for shape in self._motion_shapes:
@@ -313,10 +313,6 @@ class Delassus:
         return [(size, nu), (nu, size), (nu,), (size,), (1,)]
 
     @property
-    def _motion_count(self) -> int:
-        return sum(map(math.prod, self._motion_shapes))
-
-    @property
     def contact_quantities(self) -> Quantities:
         """All `ContactNumbers` but mu, row by row."""
         outline, definition = self.dynamics.outline, self.dynamics.definition
@@ -339,7 +335,8 @@ class Delassus:
             x = ca.SX.sym("x", len(outline.argument_names))
             parts = self.dynamics.contact_function()(x), self.dynamics.motion_function()(x)
             whole = ca.Function("whole", [x], ca.cse([ca.vertcat(*parts)]))
-            return self._contact_names + self._motion_names, whole
+            moves = _entry_names(MotionNumbers._fields, self._motion_shapes)
+            return self._contact_names + moves, whole
 
         names = outline.argument_names
         return quantities("whole", definition, names, derive, compiles=self.compiles)
@@ -348,10 +345,6 @@ class Delassus:
     def _contact_names(self) -> list[str]:
         names = (*_OF_CONTACT, "W", "b", "margin")
         return _entry_names(names, self._contact_shapes)
-
-    @property
-    def _motion_names(self) -> list[str]:
-        return _entry_names(MotionNumbers._fields, self._motion_shapes)
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -10,6 +10,7 @@ from painleve_sym.contacts.model import ContactModel
 
 if TYPE_CHECKING:
     from painleve_sym.contacts.contact_states import ContactStates
+    from painleve_sym.contacts.interfaces import Interface
     from painleve_sym.hybrid.automaton import HybridAutomaton
 
 
@@ -21,23 +22,16 @@ class ContactDerivation(ContactModel):
     def builder(self) -> ContactStates:
         """Object that derives the automaton."""
         # SymPy is imported by the builders alone.
-        if self.several:
-            from painleve_sym.contacts.automaton import PluralContacts
+        from painleve_sym.contacts import automaton, compliant, guide, rigid, tangential_spring
 
-            return PluralContacts(self)
-        if self.own_laws[0].is_compliant:
-            from painleve_sym.contacts.compliant import CompliantContact
-            from painleve_sym.contacts.tangential_spring import TangentialSpringContact
-
-            yields = self.own_laws[0].friction.tangential_stiffness is not None
-            return TangentialSpringContact(self) if yields else CompliantContact(self)
-        if self.is_guide:
-            from painleve_sym.contacts.guide import BilateralContact
-
-            return BilateralContact(self)
-        from painleve_sym.contacts.rigid import RigidContact
-
-        return RigidContact(self)
+        kind, *others = automaton.interface_kinds(self)
+        builders: dict[type[Interface], type[ContactStates]] = {
+            guide.GuideInterface: guide.BilateralContact,
+            rigid.RigidInterface: rigid.RigidContact,
+            compliant.CompliantInterface: compliant.CompliantContact,
+            tangential_spring.SpringInterface: tangential_spring.TangentialSpringContact,
+        }
+        return automaton.PluralContacts(self) if others else builders[kind](self)
 
     @property
     def automaton(self) -> HybridAutomaton:

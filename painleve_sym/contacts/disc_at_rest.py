@@ -121,10 +121,7 @@ def _zeros(constant: float, first: complex, second: complex) -> list[float]:
     # A leading coefficient that rounding left of a zero would put two roots far away.
     lead = second if abs(second) > _VANISHES * largest else 0j
     low = first if abs(first) > _VANISHES * largest else 0j
-    column = [
-        *(lead.conjugate() / 2, low.conjugate() / 2, complex(constant)),
-        *(low / 2, lead / 2),
-    ]
+    column = [*(lead.conjugate() / 2, low.conjugate() / 2, complex(constant)), *(low / 2, lead / 2)]
     angles = [cmath.phase(root) for root in np.roots(column) if root]
 
     def value(angle: float) -> tuple[float, float]:

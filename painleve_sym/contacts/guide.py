@@ -11,16 +11,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
-from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, OneContact, cone_margins
+from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, OneContact
 from painleve_sym.contacts.interfaces import (
     RUBBING,
     ContactMotion,
     Interface,
     Memory,
+    cone_margins,
     not_negative,
 )
-from painleve_sym.contacts.model import SLIPS, guide_slip_mode, guide_stick_mode
+from painleve_sym.contacts.model import CONTACT, SLIPS, guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.rigid import DECISION
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
@@ -75,6 +77,12 @@ class GuideInterface(Interface):
         """Slip to either side and stick, each with either sign of F_n."""
         return tuple(f"{slip}/{side}" for side in ("pull", "push") for slip in RUBBING)
 
+    def start_faults(
+        self, gap: sp.Expr, rate: sp.Expr, near: sp.Expr, slow: sp.Expr
+    ) -> list[Boolean]:
+        """Return a gap and a gap rate that are not 0."""
+        return [sp.Gt(sp.Abs(gap), near), sp.Gt(sp.Abs(rate), slow)]
+
     def _held(self, sign: int, side: int) -> Memory:
         return {
             self.local: sp.Integer(len(RUBBING) * (side > 0) + 1 + sign),
@@ -127,6 +135,11 @@ class BilateralContact(OneContact):
     ----------
     Klein (1909); Génot & Brogliato (1999) and Le Xuan Anh (2003) on tangential impacts.
     """
+
+    @cached_property
+    def interface(self) -> GuideInterface:
+        """The contact: where a run may start, and its scales."""
+        return GuideInterface(self.rows[0], CONTACT, self.model.rigid_law)
 
     @cached_property
     def forms(self) -> BilateralForms:

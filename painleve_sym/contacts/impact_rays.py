@@ -7,12 +7,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.contacts.contact_states import (
-    CONTACT_WORK,
-    FORCE_WORK,
-    FRICTION_WORK,
-    OneContact,
-)
+from painleve_sym.contacts.contact_states import CONTACT_WORK, FORCE_WORK, FRICTION_WORK, OneContact
 from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Choice, Mode, Transition, greatest, least, positive

@@ -10,22 +10,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.contacts.contact_states import ContactRow, cone_margins
-from painleve_sym.contacts.model import FLIGHT, INDENTED, MOTION
+from painleve_sym.contacts.model import FLIGHT, INDENTED, MOTION, StateRow
+from painleve_sym.contacts.scales import Numbers, Terms, rigid_scales
 from painleve_sym.errors import EventKind
-from painleve_sym.hybrid.automaton import (
-    Alternative,
-    Choice,
-    Part,
-    Test,
-    TestRole,
-    Transition,
-)
+from painleve_sym.hybrid.automaton import Alternative, Choice, Part, Test, TestRole, Transition
+from painleve_sym.laws.catalogue import Law
 from painleve_sym.laws.compliance import ramp
+from painleve_sym.mechanics.contact import Contact
 
 AT_REST = sp.Rational(1, 10**6)
 """Of the terms of v̇_t: what a contact that sticks may keep of it."""
@@ -44,6 +40,43 @@ RUBBING = ("slip_neg", "stick", "slip_pos")
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
 Memory = dict[sp.Symbol, sp.Expr]
+
+
+@dataclass(frozen=True)
+class ContactRow:
+    """The states of one contact: gap, its rate, and slip velocity.
+
+    `end` stands behind the names of its states and outputs where there are several contacts.
+    """
+
+    contact: Contact
+    gap: sp.Symbol
+    gap_rate: sp.Symbol
+    slip: sp.Symbol
+    end: str = ""
+
+    @classmethod
+    def of(cls, contact: Contact, names: StateRow, end: str) -> ContactRow:
+        """Return the row, with coordinates and velocities in place of symbols of its own."""
+        system = contact.system
+        known = {s.name: s for s in (*system.q, *system.q_dot)}
+        gap, rate, slip = (known.get(name) or sp.Symbol(name, real=True) for name in names)
+        return cls(contact, gap, rate, slip, end)
+
+    @property
+    def deflection(self) -> sp.Symbol:
+        """State ζ of its tangential spring, the deflection from that of slip; m."""
+        return sp.Symbol(f"deflection_from_slip{self.end}", real=True)
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, sp.Symbol, sp.Symbol]:
+        """Gap, its rate, slip velocity."""
+        return self.gap, self.gap_rate, self.slip
+
+    @property
+    def expressions(self) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        """The states as functions of coordinates and velocities."""
+        return self.contact.gap, self.contact.gap_rate, self.contact.slip_velocity
 
 
 @dataclass(frozen=True)
@@ -73,8 +106,12 @@ class Interface(ABC):
     `target` is the mode that follows an event which its contact problem must answer.
     """
 
+    rigid: ClassVar[bool] = True
+    """Whether its normal force follows from g̈_N = 0, not from a law."""
+
     row: ContactRow
     target: str
+    law: Law
 
     @property
     def name(self) -> str:
@@ -98,6 +135,34 @@ class Interface(ABC):
     def sticks(self) -> sp.Symbol:
         """1 where it sticks, else 0."""
         return self._symbol("sticks")
+
+    # ---- the start of a run ----
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """States of its own beside its row."""
+        return ()
+
+    def start_faults(
+        self, gap: sp.Expr, rate: sp.Expr, near: sp.Expr, slow: sp.Expr
+    ) -> list[Boolean]:
+        """Return where a start is not admitted; up to `near` and `slow` it counts as closed."""
+        return []
+
+    @property
+    def loading_curve(self) -> tuple[sp.Expr, sp.Expr] | None:
+        """K and n of K δⁿ, where it yields."""
+        return None
+
+    def scales(self, numbers: Numbers, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J)."""
+        return rigid_scales(numbers, terms)
+
+    def scales_of_states(self, gap: sp.Expr, terms: Terms) -> Memory:
+        """Return the scales of `states`, by that of the gap."""
+        return {}
+
+    # ---- friction and normal force ----
 
     @property
     def side(self) -> sp.Expr:
@@ -310,6 +375,14 @@ class Interface(ABC):
         ]
         still, guard = {self.row.slip: _ZERO}, self.sign * (1 - self.sticks) * self.row.slip
         return [*changes, self._transition("slip_stop", EventKind.SLIP_STOP, guard, still)]
+
+
+def cone_margins(limit: sp.Expr, friction: sp.Expr) -> dict[int, sp.Expr]:
+    """Return the distances of friction F_t from what the contact can bear, the limit μ |F_n|; N.
+
+    Keys are the directions of the slip that begins where the distance falls to 0.
+    """
+    return {-1: limit - friction, 1: limit + friction}
 
 
 def switched_test(factor: sp.Expr, value: sp.Expr, scale: sp.Expr, role: TestRole) -> Test:

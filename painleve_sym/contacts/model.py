@@ -14,6 +14,7 @@ from painleve_sym.mechanics.outline import SIDES, ContactOutline
 
 if TYPE_CHECKING:
     from painleve_sym.laws.catalogue import Law
+    from painleve_sym.laws.contact_law import ContactLaw
 
 
 FLIGHT = "flight"
@@ -91,13 +92,13 @@ class ContactModel:
         _ = self.own_laws  # rejects names that the mechanism has, too
         if self.several:
             self._check_several()
-        elif self.is_guide and not self.is_rigid:
+        elif self.is_guide and self.compliant:
             raise InputError(
                 f"mechanism {self.mechanism.name!r} with law {self.laws[0].name!r}: its contact "
                 "holds from both sides, and a law only pushes. Fix: use the law rigid, or describe "
                 "the guide as two contacts."
             )
-        elif self.is_rigid and self.mechanism.locked:
+        elif self.mechanism.locked:
             raise InputError(
                 f"mechanism {self.mechanism.name!r}: the mobility of its bilateral contact has "
                 "rank one: what holds the gap holds the slip, too. Fix: leave the contact out, or "
@@ -106,8 +107,7 @@ class ContactModel:
 
     def _check_several(self) -> None:
         """Raise InputError where several contacts cannot follow their laws together."""
-        name, laws = self.mechanism.name, self.laws
-        rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
+        name, rigid = self.mechanism.name, self._rigid_laws
         if len(rigid) > 1:
             first, second = (
                 ", ".join(f"{k} {v!r}" for k, v in law.choices.items()) for law in rigid[:2]
@@ -117,7 +117,7 @@ class ContactModel:
                 "and contacts that have an impact together follow one law. "
                 "Fix: give all rigid contacts the same restitution law and policy."
             )
-        spring = [w for w in laws if w.is_compliant and w.choices.get("friction") == "spring"]
+        spring = [w for w in self.compliant.values() if w.choices.get("friction") == "spring"]
         if rigid and any(law.depends_on_rate for law in spring):
             raise InputError(
                 f"{name}: friction: got 'spring' with a dashpot beside a rigid contact. The "
@@ -131,14 +131,9 @@ class ContactModel:
         return len(self.mechanism.outline.contacts) > 1
 
     @property
-    def is_rigid(self) -> bool:
-        """Whether the only contact is rigid and can open, or is a guide."""
-        return not self.several and not self.laws[0].is_compliant
-
-    @property
     def can_open(self) -> bool:
         """Whether the only contact is rigid and not a guide."""
-        return self.is_rigid and not self.is_guide
+        return not (self.several or self.compliant or self.is_guide)
 
     @property
     def is_guide(self) -> bool:
@@ -168,6 +163,11 @@ class ContactModel:
         return tuple(law.of_contact(c.name).apart_from(taken) for law, c in pairs)
 
     @cached_property
+    def compliant(self) -> dict[int, ContactLaw]:
+        """The law of each contact that yields, by the contact's index."""
+        return {i: law for i, law in enumerate(self.own_laws) if law.is_compliant}
+
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the laws, each once; a guide alone has none."""
         if self.is_guide:
@@ -178,7 +178,11 @@ class ContactModel:
     @property
     def rigid_law(self) -> RigidLaw:
         """The law of all rigid contacts; the default one where only guides are rigid."""
-        return next((law for law in self.laws if not law.is_compliant), RigidLaw())
+        return next(iter(self._rigid_laws), RigidLaw())
+
+    @property
+    def _rigid_laws(self) -> list[RigidLaw]:
+        return list(dict.fromkeys(law for law in self.laws if isinstance(law, RigidLaw)))
 
     @cached_property
     def definition(self) -> str:

@@ -12,23 +12,19 @@ from functools import cached_property
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.contacts.contact_states import OneContact, cone_margins
-from painleve_sym.contacts.impact_rays import (
-    APPROACH,
-    MEMORY,
-    RATE_ROUNDING,
-    ImpactRays,
-)
+from painleve_sym.contacts.contact_states import OneContact
+from painleve_sym.contacts.impact_rays import APPROACH, MEMORY, RATE_ROUNDING, ImpactRays
 from painleve_sym.contacts.interfaces import (
     RUBBING,
     ContactMotion,
     Interface,
     Memory,
+    cone_margins,
     not_negative,
     switched_test,
     zero_factor,
 )
-from painleve_sym.contacts.model import CONTACTS, FLIGHT, SLIPS
+from painleve_sym.contacts.model import CONTACT, CONTACTS, FLIGHT, SLIPS
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Accumulation,
@@ -71,6 +67,12 @@ class RigidInterface(Interface):
     def local_modes(self) -> tuple[str, ...]:
         """Flight, slip to either side, stick."""
         return FLIGHT, *RUBBING
+
+    def start_faults(
+        self, gap: sp.Expr, rate: sp.Expr, near: sp.Expr, slow: sp.Expr
+    ) -> list[Boolean]:
+        """Return the inside of the surface."""
+        return [sp.Lt(gap, 0)]
 
     def _closed(self, sign: int) -> Memory:
         return {
@@ -157,6 +159,11 @@ class RigidContact(OneContact):
     ----------
     Génot & Brogliato (1999); Champneys & Várkonyi (2016).
     """
+
+    @cached_property
+    def interface(self) -> RigidInterface:
+        """The contact: where a run may start, and its scales."""
+        return RigidInterface(self.rows[0], CONTACT, self.model.rigid_law)
 
     @cached_property
     def rays(self) -> ImpactRays:

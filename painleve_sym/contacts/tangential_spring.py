@@ -23,15 +23,9 @@ from painleve_sym.contacts.compliant import BranchChange, CompliantContact, Comp
 from painleve_sym.contacts.contact_states import FRICTION_WORK
 from painleve_sym.contacts.interfaces import FLIGHTS, ContactMotion, Memory, not_negative
 from painleve_sym.contacts.model import CONTACTS, FLIGHT, MOTION, SLIPS
+from painleve_sym.contacts.scales import Terms
 from painleve_sym.errors import EventKind
-from painleve_sym.hybrid.automaton import (
-    Alternative,
-    Choice,
-    Part,
-    Test,
-    Transition,
-    positive,
-)
+from painleve_sym.hybrid.automaton import Alternative, Choice, Part, Test, Transition, positive
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
@@ -54,6 +48,16 @@ class SpringInterface(CompliantInterface):
         stiffness = self.law.friction.tangential_stiffness
         assert stiffness is not None
         return stiffness
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """ζ."""
+        return (self.row.deflection,)
+
+    def scales_of_states(self, gap: sp.Expr, terms: Terms) -> Memory:
+        """Return what the force of the gap's scale deflects; m."""
+        load = terms("load", self.law.stiffness * gap**self.law.exponent)
+        return {self.row.deflection: load / self.stiffness}
 
     @cached_property
     def last_slip(self) -> sp.Symbol:

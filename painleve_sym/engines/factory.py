@@ -45,6 +45,11 @@ def make_engine(
         ``compiled`` or ``taylor`` was asked for and there is none.
     """
     name = chosen(EngineName, name, "engine")
+
+    def given() -> Any:
+        # A builder has the automaton as its attribute; what an automaton is may not be imported.
+        return getattr(automaton, "automaton", automaton)
+
     try:
         if name in (EngineName.AUTO, EngineName.TAYLOR):
             try:
@@ -57,21 +62,13 @@ def make_engine(
     except CompilerMissing as error:
         if name is not EngineName.AUTO:
             raise
-        if _parts_of(automaton):
+        if given().parts:
             need = "motions of several contacts need compiled code"
             raise InputError(f"{need}: {error}") from error
         _notice(f"{error} Until then the slower engine 'erk' is used.")
     from painleve_sym.engines.erk import ErkEngine
 
-    # A builder has the automaton as its attribute; what an automaton is may not be imported yet.
-    given: Any = automaton
-    return ErkEngine(getattr(given, "automaton", given), functions)
-
-
-def _parts_of(automaton: HybridAutomaton | AutomatonBuilder) -> int:
-    """Return how many contacts choose their local modes together."""
-    given: Any = automaton
-    return len(getattr(given, "automaton", given).parts)
+    return ErkEngine(given(), functions)
 
 
 def _notice(message: str) -> None:

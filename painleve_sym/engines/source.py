@@ -97,16 +97,13 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
     return "\n".join([*lines, "#ifndef PS_EXPORT", seen, "#endif", ""])
 
 
-def _weighted(row: dict[int, float]) -> str:
-    return " + ".join(f"{w!r} * k[{j}][i]" for j, w in row.items())
-
-
 def _coefficients() -> str:
     method = dop853()
     rows = {f"ROW_{s}": row for s, row in enumerate(method.stage_weights) if row}
     rows |= {"E5": method.error_5, "E3": method.error_3}
     rows |= {f"D_{i}": row for i, row in enumerate(method.dense_weights)}
-    weights = [f"#define PS_{name} ({_weighted(row)})" for name, row in rows.items()]
+    sums = {n: " + ".join(f"{w!r} * k[{j}][i]" for j, w in r.items()) for n, r in rows.items()}
+    weights = [f"#define PS_{name} ({text})" for name, text in sums.items()]
     ends = ["#define PS_STAGES 16", "#define PS_STEPPER double h_last, err_last;", ""]
     return "\n".join([*weights, *ends])
 

@@ -12,7 +12,6 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import painleve_sym
 from painleve_sym.checks import by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.inputs import inside, place_of
@@ -26,8 +25,10 @@ from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import open_from
-from painleve_sym.motion.trajectory import StoredRecord, Trajectory
+from painleve_sym.motion.run_record import StoredRecord
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value, in_si
+from painleve_sym.version import __version__
 
 if TYPE_CHECKING:
     from painleve_sym.explorer.notebook import ExplorerWidget
@@ -159,7 +160,8 @@ def explore(
     (True, True)
     """
     mechanism = as_mechanism(mechanism)
-    laws = default_law(mechanism) if law is None else _one_or_by_contact(as_law(law))
+    given: Any = default_law(mechanism) if law is None else as_law(law)
+    laws: Laws = LawsByContact(given) if isinstance(given, Mapping) else given
     stored = stored_module(mechanism, laws)
     notes: list[str] = []
     if stored is None:
@@ -188,7 +190,7 @@ def explore(
         "tolerances": {"rtol": DEFAULT_RTOL, "openFrom": open_from(DEFAULT_RTOL)},
         "docs": docs,
         "notes": notes,
-        "version": painleve_sym.__version__,
+        "version": __version__,
     }
     page = Page(
         mechanism=mechanism.name,
@@ -226,10 +228,6 @@ def explore_motion(run: Trajectory) -> ExplorerWidget:
 def packed_module(code: bytes) -> bytes:
     """Return a module as a gzip file that holds no date."""
     return gzip.compress(code, 9, mtime=0)
-
-
-def _one_or_by_contact(law: Any) -> Laws:
-    return LawsByContact(law) if isinstance(law, Mapping) else law
 
 
 def words() -> dict[str, str]:

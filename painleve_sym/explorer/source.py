@@ -29,15 +29,14 @@ from painleve_sym.explorer.prebuilt import Laws, alternatives
 from painleve_sym.files import finite
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.shapes import (
-    PLACE,
-    Shape,
+from painleve_sym.mechanics.drawing import (
     contact_geometries,
+    drawn_shapes,
     ground_surfaces,
     scene_formulas,
-    suggested_shapes,
 )
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.shapes import PLACE, Shape
 from painleve_sym.motion.energy_balance import ENERGY_ROUNDING
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
@@ -104,7 +103,7 @@ class ModuleSource:
     @cached_property
     def _shapes(self) -> tuple[Shape, ...]:
         """Shapes of the drawing; none where the mechanism has none."""
-        return self.mechanism.shapes or suggested_shapes(self.mechanism)
+        return drawn_shapes(self.mechanism)
 
     @cached_property
     def _scene_code(self) -> dict[str, Any]:

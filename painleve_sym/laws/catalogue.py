@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from painleve_sym.checks import text_of
 from painleve_sym.choices import Friction, Policy, Reload, Restitution
@@ -149,10 +149,8 @@ def as_law(given: LawsLike) -> Law | Mapping[str, Law]:
 
 def one_law(name: str, **choices: str) -> Law:
     """Return the named law of one contact, or of all alike; see `law`."""
-    if name not in LAWS:
-        raise InputError(unknown_name("contact law", name, LAWS))
-    if name in COMPLIANT_LAWS:
-        return compliant_law(name, **choices)
+    if name != RigidLaw.name:
+        return compliant_law(name, LAWS, **choices)
     _check_choices(name, choices, RigidLaw().choices)
     return RigidLaw(**choices)  # type: ignore[arg-type]
 
@@ -174,10 +172,12 @@ def _laws_by_contact(text: str, choices: Mapping[str, str]) -> LawsByContact:
     return LawsByContact(laws)
 
 
-def compliant_law(name: str, **choices: str) -> ContactLaw:
-    """Return the named law of a contact that yields; see `law`."""
+def compliant_law(
+    name: str, known_laws: Iterable[str] = tuple(COMPLIANT_LAWS), /, **choices: str
+) -> ContactLaw:
+    """Return the named law of a contact that yields; see `law`. A message names those known."""
     if name not in COMPLIANT_LAWS:
-        raise InputError(unknown_name("contact law", name, COMPLIANT_LAWS))
+        raise InputError(unknown_name("contact law", name, known_laws))
     make, known = COMPLIANT_LAWS[name]
     _check_choices(name, choices, [*known, "friction"])
     friction = choices.pop("friction", Friction.COULOMB)

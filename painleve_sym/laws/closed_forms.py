@@ -90,10 +90,7 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
         note = f"{_NOTHING_SLIDES} {note}"
     else:
         left, right = (tangential_phase(c, slip) for slip in (-1, 1))
-        phases = (
-            _impulse("tangential_neg", LEFT, left),
-            _impulse("tangential_pos", RIGHT, right),
-        )
+        phases = (_impulse("tangential_neg", LEFT, left), _impulse("tangential_pos", RIGHT, right))
     yield Section("jump, phase 1: tangential impact until the slip stops", phases=phases, note=note)
     if c.rank_one:
         yield Section("jump, phase 2: jam", note=_JAM)

@@ -261,15 +261,7 @@ def _viscoelastic(
     releases: tuple[Expr, ...],
 ) -> ContactLaw:
     """Return elastic K δⁿ plus a damping force; loading and unloading follow one expression."""
-    from painleve_sym.laws.compliance import (
-        DELTA,
-        DELTA_DOT,
-        K_E,
-        SEPARATED,
-        Branch,
-        Exit,
-        ramp,
-    )
+    from painleve_sym.laws.compliance import DELTA, DELTA_DOT, K_E, SEPARATED, Branch, Exit, ramp
 
     # A linear force needs no ramp: it continues smoothly below δ = 0.
     base = DELTA if exponent == 1 else ramp(DELTA)

@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from painleve_sym.choices import Friction, FrictionLike, Reload
 from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.laws.friction import FrictionLaw
-from painleve_sym.mechanics.declarations import (
-    Parameter,
-    settings_text,
-    with_defaults,
-    with_fields,
-)
+from painleve_sym.mechanics.declarations import Parameter, settings_text, with_defaults, with_fields
 from painleve_sym.mechanics.deferred import Deferred
 from painleve_sym.units import Value
 

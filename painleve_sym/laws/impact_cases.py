@@ -9,25 +9,11 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.laws.restitution import RestitutionLaw, energetic
-from painleve_sym.laws.restitution_equation import (
-    A_R,
-    E_C,
-    E_R1,
-    P_C,
-    P_R1,
-    V_N_1,
-    V_N_MINUS,
-)
+from painleve_sym.laws.restitution_equation import A_R, E_C, E_R1, P_C, P_R1, V_N_1, V_N_MINUS
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.impact.classes import ImpactCourse, impact_course
 from painleve_sym.mechanics.impact.impact_class import CLASSES, ImpactClass
-from painleve_sym.mechanics.impact.impulse_rays import (
-    V_N,
-    V_N_PLUS,
-    Condition,
-    Phase,
-    Writer,
-)
+from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, Condition, Phase, Writer
 from painleve_sym.mechanics.simplify import readable
 
 

@@ -149,12 +149,8 @@ def _formula(formula: Formula, meanings: dict[sp.Symbol, str]) -> str:
     return "\n".join(lines)
 
 
-def _phase_arguments(phase: ImpulsePhase, meanings: dict[sp.Symbol, str]) -> list[sp.Symbol]:
-    return _arguments(phase.values.values(), meanings)
-
-
 def _phase(phase: ImpulsePhase, meanings: dict[sp.Symbol, str], mechanism: Mechanism) -> str:
-    arguments = _phase_arguments(phase, meanings)
+    arguments = _arguments(phase.values.values(), meanings)
     units = impulse_units(mechanism)
     stage = phase.name.replace("_neg", "").replace("_pos", "").replace("_", " ")
     after = f" with {phase.meaning}" if phase.meaning else ""

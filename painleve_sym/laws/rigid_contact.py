@@ -21,6 +21,8 @@ from painleve_sym.units import Value
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
+    from painleve_sym.laws.compliance import Branch
+
 
 @dataclass(frozen=True, repr=False)
 class RigidLaw:
@@ -55,6 +57,8 @@ class RigidLaw:
     title = "rigid contact: contact problem between impacts, Routh's construction at them"
     is_compliant: ClassVar[Literal[False]] = False
     """Whether the contact yields."""
+    branches: ClassVar[tuple[Branch, ...]] = ()
+    """Branches of a force: none."""
     definitions: ClassVar[Mapping[Symbol, Expr]] = {}
     """Abbreviations in the parameters: none."""
 

@@ -84,6 +84,11 @@ class Contact:
         kind = "bilateral" if self.bilateral else "unilateral"
         return f"Contact {self.name!r} of {self.system.name!r}: {kind}, friction {self.friction}"
 
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """Signs that its normal force may have."""
+        return (1, -1) if self.bilateral else (1,)
+
     def _faults(self) -> Iterator[str]:
         system = self.system
         # It becomes part of the names of states, outputs and functions.
@@ -329,24 +334,21 @@ class Contact:
         still = dict.fromkeys(self.system.q_dot, sp.Integer(0))
         return readable(-sp.sympify(self.slip_velocity).subs(still))
 
-    @cached_property
+    @property
     def normal_bias(self) -> sp.Expr:
         """The part of g̈_N that is not J_N u̇; m/s²."""
-        return self.system.readable(self._transport(self.gap_rate))
+        return self.biases[0]
 
     @cached_property
     def biases(self) -> sp.Matrix:
         """The parts of g̈_N and of each slip acceleration that are not J u̇, as a column; m/s²."""
         speeds = (self.gap_rate, *self.slip_velocities)
-        return sp.Matrix([self.system.readable(self._transport(v)) for v in speeds])
+        return sp.Matrix([self.system.readable(rate(v, self.system.rates)) for v in speeds])
 
-    @cached_property
+    @property
     def tangential_bias(self) -> sp.Expr:
         """The part of v̇_t that is not J_T u̇; m/s²."""
-        return self.system.readable(self._transport(self.slip_velocity))
-
-    def _transport(self, speed: sp.Expr) -> sp.Expr:
-        return rate(speed, self.system.rates)
+        return self.biases[1]
 
 
 def _to_curve(

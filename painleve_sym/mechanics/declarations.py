@@ -170,6 +170,21 @@ class Parameter:
         return f"a finite number with {text}" if text != self.name else "a finite number"
 
 
+@dataclass(frozen=True)
+class DomainBound:
+    """A condition the model needs: `margin` > 0 inside its domain.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.models.rod().domain[0].meaning
+    'the rod lies flat at theta = 0'
+    """
+
+    margin: Expr
+    meaning: str
+
+
 class ParameterSet:
     """Parameters that are given together, such as those of a mechanism and of its law.
 

@@ -13,6 +13,7 @@ from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
     TIME_NAME,
+    DomainBound,
     Parameter,
     ParameterSet,
     with_defaults,
@@ -32,21 +33,6 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.contact import Contact
     from painleve_sym.mechanics.shapes import Shape
     from painleve_sym.mechanics.system import LagrangianSystem
-
-
-@dataclass(frozen=True)
-class DomainBound:
-    """A condition the model needs: `margin` > 0 inside its domain.
-
-    Examples
-    --------
-    >>> import painleve_sym as ps
-    >>> ps.models.rod().domain[0].meaning
-    'the rod lies flat at theta = 0'
-    """
-
-    margin: Expr
-    meaning: str
 
 
 @dataclass(frozen=True)
@@ -182,7 +168,7 @@ class Mechanism(Shown, Deferred):
     @cached_property
     def outline(self) -> MechanismOutline:
         """Names, units and defaults, known without deriving anything."""
-        return MechanismOutline.of(self)
+        return MechanismOutline.of(self.system, self.contacts, self.domain, self.natural_periods)
 
     @property
     def contact(self) -> Contact:
@@ -216,7 +202,10 @@ class Mechanism(Shown, Deferred):
             from painleve_sym.mechanics.shapes import suggested_shapes
 
             own = tuple(c for c in self.contacts if c.name == name)
-            shapes = self.shapes if self.outline.in_space else self.shapes or suggested_shapes(self)
+            shapes = self.shapes
+            if not (shapes or self.outline.in_space):
+                geometries = [c.geometry for c in self.contacts if c.geometry is not None]
+                shapes = suggested_shapes(self.system, geometries)
             return replace(self, contacts=own, shapes=shapes)
 
         return self._deferred(make, outline, f"{self.definition} contact {name} alone")

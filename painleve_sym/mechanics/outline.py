@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
@@ -13,6 +13,7 @@ from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.mechanics.declarations import (
     TIME_NAME,
     Coordinate,
+    DomainBound,
     Parameter,
     ParameterSet,
     Velocity,
@@ -21,7 +22,9 @@ from painleve_sym.mechanics.quaternions import Quaternion, quaternions_of, veloc
 from painleve_sym.units import in_unit
 
 if TYPE_CHECKING:
-    from painleve_sym.mechanics.mechanism import Mechanism
+    from painleve_sym.mechanics.bodies import NaturalPeriod
+    from painleve_sym.mechanics.contact import Contact
+    from painleve_sym.mechanics.system import LagrangianSystem
 
 
 SIDES = {"push": 1, "pull": -1}
@@ -96,18 +99,22 @@ class MechanismOutline:
         )
 
     @classmethod
-    def of(cls, mechanism: Mechanism) -> MechanismOutline:
+    def of(
+        cls,
+        system: LagrangianSystem,
+        contacts: Sequence[Contact],
+        domain: Sequence[DomainBound],
+        periods: Sequence[NaturalPeriod],
+    ) -> MechanismOutline:
         """Return the outline of a mechanism."""
         from sympy import sympify
 
         from painleve_sym.mechanics.bodies import MODULUS
 
-        system = mechanism.system
-
         def timed(*formulas: Any) -> bool:
             return any(t in sympify(f).free_symbols for t in system.clock for f in formulas)
 
-        contacts = tuple(
+        outlines = tuple(
             ContactOutline(
                 name=c.name,
                 bilateral=c.bilateral,
@@ -119,20 +126,20 @@ class MechanismOutline:
                 depends_on_time=timed(c.gap, *c.slip_velocities),
                 slip_across="" if c.slip_across is None else str(c.slip_across),
             )
-            for c in mechanism.contacts
+            for c in contacts
         )
-        domain = tuple(
+        bounds = tuple(
             BoundOutline(str(b.margin), b.meaning, tuple(sorted(map(str, b.margin.free_symbols))))
-            for b in mechanism.domain
+            for b in domain
         )
         formulas = [system.kinetic_energy, system.potential_energy]
-        formulas += [*system.generalized_forces.values(), *(b.margin for b in mechanism.domain)]
-        periods = tuple(
+        formulas += [*system.generalized_forces.values(), *(b.margin for b in domain)]
+        known = tuple(
             PeriodOutline(n.body, n.mode, str(n.period), n.modelled, n.period.has(MODULUS))
-            for n in mechanism.natural_periods
+            for n in periods
         )
         declared = system.coordinates, system.parameters
-        return cls(*declared, contacts, domain, timed(*formulas), periods)
+        return cls(*declared, outlines, bounds, timed(*formulas), known)
 
     def only(self, where: str, name: str) -> MechanismOutline:
         """Return the outline with one contact alone; InputError suggests the nearest name."""

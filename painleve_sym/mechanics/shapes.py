@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import sympy as sp
 
-from painleve_sym.errors import InputError
 from painleve_sym.mechanics.bodies import Body, Scalar, expr
 
 if TYPE_CHECKING:
-    from painleve_sym.mechanics.mechanism import Mechanism
+    from painleve_sym.mechanics.system import LagrangianSystem
 
 Point: TypeAlias = tuple[Scalar, Scalar]
 """Cartesian (x, y) as functions of q, t and parameters; m."""
@@ -126,51 +125,29 @@ def _moved(origin: Point, by: Point, angle: Scalar) -> tuple[sp.Expr, sp.Expr]:
     return expr(origin[0]) + c * x - s * y, expr(origin[1]) + s * x + c * y
 
 
-def shapes_of(mechanism: Mechanism) -> tuple[Shape, ...]:
-    """Return the shapes of a mechanism: those declared, else those that its bodies suggest.
-
-    The rim of a contact is a disc. A body with one point of contact is a stick from there through
-    its mass centre and as far beyond; with several points it is the polygon of these and of their
-    mirror images in the mass centre. A body without a point of contact is the uniform stick of its
-    inertia along its angle, of length √(12 J/m), and a point mass is a dot. An end of such a stick
-    that does not move is a pin.
-
-    Raises
-    ------
-    InputError
-        No shapes are declared, and there are neither bodies nor rims.
-    """
-    shapes = mechanism.shapes or suggested_shapes(mechanism)
-    if not shapes:
-        raise InputError(
-            f"mechanism {mechanism.name!r}: there is nothing to draw, since it is given by its "
-            "energies and not by bodies. Fix: declare shapes, in a file such as "
-            '[[shapes]] with stick = [["x", "y"], ["x + l", "y"]].'
-        )
-    return shapes
-
-
-def suggested_shapes(mechanism: Mechanism) -> tuple[Shape, ...]:
+def suggested_shapes(
+    system: LagrangianSystem, geometries: Sequence[ContactGeometry]
+) -> tuple[Shape, ...]:
     """Return the shapes that rims and bodies suggest (`shapes_of`); none without either."""
-    shapes = tuple(_suggested(mechanism))
+    shapes = tuple(_suggested(system, geometries))
     ends = [p for s in shapes if s.kind is ShapeKind.STICK for p in s.points]
-    return (*shapes, *(Shape.pin(p) for p in ends if _is_still(mechanism, p)))
+    return (*shapes, *(Shape.pin(p) for p in ends if is_still(system, p)))
 
 
-def _suggested(mechanism: Mechanism) -> Iterator[Shape]:
-    rims = [c.geometry.rim for c in mechanism.contacts if c.geometry and c.geometry.rim]
+def _suggested(system: LagrangianSystem, geometries: Sequence[ContactGeometry]) -> Iterator[Shape]:
+    rims = [g.rim for g in geometries if g.rim]
     yield from rims
-    for body in mechanism.system.bodies:
-        if any(_local(mechanism, body, rim.points[0]) is not None for rim in rims):
+    points = [g.point for g in geometries if not g.rim]
+    for body in system.bodies:
+        if any(_local(system, body, rim.points[0]) is not None for rim in rims):
             yield Shape.dot(body.centre)
         else:
-            yield _body_shape(mechanism, body)
+            yield _body_shape(system, points, body)
 
 
-def _body_shape(mechanism: Mechanism, body: Body) -> Shape:
-    points = [c.geometry.point for c in mechanism.contacts if c.geometry and not c.geometry.rim]
-    local = [p for p in (_local(mechanism, body, point) for point in points) if p is not None]
-    values = {p.symbol: sp.Float(p.default) for p in mechanism.system.parameters}
+def _body_shape(system: LagrangianSystem, points: Sequence[Point], body: Body) -> Shape:
+    local = [p for p in (_local(system, body, point) for point in points) if p is not None]
+    values = {p.symbol: sp.Float(p.default) for p in system.parameters}
     corners = _hull([*local, *((-x, -y) for x, y in local)], values)
     if expr(body.inertia) == 0 or not corners:
         if expr(body.inertia) == 0:
@@ -181,22 +158,21 @@ def _body_shape(mechanism: Mechanism, body: Body) -> Shape:
     return Shape.stick(*placed) if len(placed) == 2 else Shape.polygon(*placed)
 
 
-def _local(mechanism: Mechanism, body: Body, point: Point) -> tuple[sp.Expr, sp.Expr] | None:
+def _local(system: LagrangianSystem, body: Body, point: Point) -> tuple[sp.Expr, sp.Expr] | None:
     """Return a point in the axes of a body, or None where it does not move with the body."""
     x, y = (expr(p) - expr(c) for p, c in zip(point, body.centre, strict=True))
     local = _moved((0, 0), (x, y), -expr(body.angle))
-    if not _is_still(mechanism, local):
+    if not is_still(system, local):
         return None
     # What does not depend on the place has the same value at any.
-    here = dict.fromkeys([*mechanism.system.q, *mechanism.system.clock], sp.Integer(0))
+    here = dict.fromkeys([*system.q, *system.clock], sp.Integer(0))
     return local[0].subs(here), local[1].subs(here)
 
 
-def _is_still(mechanism: Mechanism, values: Sequence[Scalar], *, driven: bool = False) -> bool:
+def is_still(system: LagrangianSystem, values: Sequence[Scalar], *, driven: bool = False) -> bool:
     """Return whether expressions change with no coordinate, nor with the time unless `driven`."""
     from painleve_sym.mechanics.system import sample_values, vanishes
 
-    system = mechanism.system
     moving = [*system.q, *(() if driven else system.clock)]
     for seed in (1, 2):
         symbols = sorted(set().union(*(expr(v).free_symbols for v in values)), key=str)
@@ -234,43 +210,3 @@ def _hull(points: Sequence[Point], values: dict[sp.Symbol, sp.Expr]) -> list[Poi
 
 def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def contact_geometries(mechanism: Mechanism) -> dict[str, ContactGeometry]:
-    """Return the geometry of every contact that has one, by name."""
-    return {c.name: c.geometry for c in mechanism.contacts if c.geometry is not None}
-
-
-def ground_surfaces(mechanism: Mechanism) -> dict[str, sp.Expr]:
-    """Return the surfaces that are drawn as ground, by contact; functions of `PLACE`.
-
-    They stand still or move as prescribed. A surface that moves with a coordinate belongs to a body
-    of the mechanism, whose shape shows it.
-    """
-    return {
-        name: geometry.surface
-        for name, geometry in contact_geometries(mechanism).items()
-        if _is_still(mechanism, (geometry.surface,), driven=True)
-    }
-
-
-def scene_formulas(mechanism: Mechanism, shapes: Sequence[Shape]) -> dict[str, sp.Expr]:
-    """Return every number that a drawing of the mechanism needs, by name.
-
-    ``shape_i_point_k_x`` and ``…_y`` in the order of the shapes; then, for each contact c of those
-    with a geometry, ``c_x``, ``c_y``, ``c_normal_x``, ``c_normal_y``, in m, and
-    ``c_surface_speed``, the speed of a belt along positive slip, in m/s. Functions of coordinates,
-    time and parameters.
-    """
-    formulas: dict[str, sp.Expr] = {}
-    for i, shape in enumerate(shapes):
-        for k, point in enumerate(shape.points):
-            for axis, value in zip("xy", point, strict=True):
-                formulas[f"shape_{i}_point_{k}_{axis}"] = expr(value)
-    contacts = {c.name: c for c in mechanism.contacts}
-    for name, geometry in contact_geometries(mechanism).items():
-        for part, point in (("", geometry.point), ("normal_", geometry.normal)):
-            for axis, value in zip("xy", point, strict=True):
-                formulas[f"{name}_{part}{axis}"] = expr(value)
-        formulas[f"{name}_surface_speed"] = contacts[name].surface_speed
-    return formulas

@@ -16,11 +16,7 @@ from painleve_sym.motion.records import EventRecord, MotionNames
 
 GAINING = (EventKind.IMPACT, EventKind.RELOAD)
 """Kinds of events that may add energy."""
-_CONTINUES = (
-    EventKind.IMPACT_SLIP_STOP,
-    EventKind.IMPACT_MAX_COMPRESSION,
-    EventKind.IMPACT_END,
-)
+_CONTINUES = (EventKind.IMPACT_SLIP_STOP, EventKind.IMPACT_MAX_COMPRESSION, EventKind.IMPACT_END)
 """Events of one contact's impact after its beginning."""
 _ROUNDING = 1e-15
 """Of the largest kinetic energy at an event: bodies all but at rest gain less than that."""

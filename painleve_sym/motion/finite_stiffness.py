@@ -28,7 +28,6 @@ from painleve_sym.motion.frozen_impact import (
     FrozenImpacts,
     FrozenImpactSolver,
 )
-from painleve_sym.motion.law_numbers import loading_curve
 from painleve_sym.quantities import counted
 from painleve_sym.units import Value
 
@@ -177,10 +176,7 @@ class CorrectedJumpRule:
         return CorrectedJumps(impacts, velocity, configuration)
 
     def _carried(
-        self,
-        point: Mapping[Any, Array],
-        start: Mapping[str, Array],
-        impacts: FrozenImpacts,
+        self, point: Mapping[Any, Array], start: Mapping[str, Array], impacts: FrozenImpacts
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the coefficients at the means of both parts of the impact.
 
@@ -359,7 +355,7 @@ def evaluate_corrected_jump(
     constants = simulator.constants(
         simulator.parameters({p.name: given[p.name] for p in law.parameters})
     )
-    curve = loading_curve(simulator, {name: np.array([v]) for name, v in constants.items()})
+    curve = simulator.loading_curve({name: np.array([v]) for name, v in constants.items()})
     K, n = (float(values[0]) for values in curve)
     delta = (initial_force / K) ** (1 / n)
     jump = rule(start, given, delta, configuration)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,28 @@ _ITERATIONS = 5
 
 _SPACING = 10.0
 """Ratio of the distances t* − t of the three forces from which the exponent is measured."""
+
+
+_MEETINGS = {
+    LimitKind.BOUNDED: "the slip runs into A = B = 0 with a bounded force (see limit); beyond it "
+    "the contact can slip on, open or have an impact",
+    LimitKind.LIFTOFF: "the slip meets A = B = 0 to within rounding, but its force falls to 0 "
+    "before; the contact opens there",
+    LimitKind.STOP: "the slip comes to A = 0 with B < 0, where the contact force presses it to a "
+    "stop; start again with slip velocity 0",
+}
+"""What a slip that meets A = 0 without dynamic jam does there."""
+
+
+def with_limit(contact: ContactModel, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
+    """Return a motion that stopped where a slip meets A = 0 with the limit it would arrive at."""
+    limit = locate_limit(contact, run, values)
+    if limit is None:
+        return run
+    jam = limit.kind is LimitKind.DYNAMIC_JAM
+    reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
+    detail = reason.advice if jam else _MEETINGS[limit.kind]
+    return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
 
 
 def locate_limit(

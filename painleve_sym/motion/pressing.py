@@ -60,7 +60,7 @@ def contact_surfaces(
         curvature = sum(values[names[k]] for k in ("kappa_1", "kappa_2") if k in names)
         if "R" in names:
             curvature = 1 / values[names["R"]]
-        if not (law.is_compliant and curvature > 0):
+        if not curvature > 0:
             continue
         known = [m for m in materials if "yield_strength" in m.properties]
         if law.name not in _ELASTIC or not known:

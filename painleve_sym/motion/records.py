@@ -101,6 +101,10 @@ class MotionNames:
     latex: dict[str, str]
     source: str
 
+    def of_contact(self, name: str, contact: str) -> str:
+        """Return a name of a state or output, of several contacts with that of its contact."""
+        return f"{name}_{contact}" if len(self.contacts) > 1 and contact else name
+
 
 @dataclass(frozen=True)
 class EngineOutputs:

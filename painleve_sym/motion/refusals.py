@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 from painleve_sym.checks import number
 from painleve_sym.contacts.classify import held_faults
@@ -12,10 +12,8 @@ from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.engines.protocol import RawRun
 from painleve_sym.errors import InputError, StopReason
+from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 from painleve_sym.units import Value
-
-if TYPE_CHECKING:
-    from painleve_sym.motion.simulator import Simulator, Start
 
 _JAM = (
     "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
@@ -27,14 +25,14 @@ _GUIDE_MEETS = (
 )
 
 
-def initial_force_fault(simulator: Simulator) -> str:
+def initial_force_fault(simulator: MechanismWithLaws) -> str:
     """Return why no initial force can be given, a sentence; empty where it can."""
     if len(simulator.contact.rows) > 1:
         return (
             "initial_force: several contacts share no force. Fix: give the compression of each "
             "by the state."
         )
-    if not simulator.is_compliant(0):
+    if not simulator.contact.compliant:
         return (
             "initial_force: a rigid contact has no compression. Fix: leave it out, or give a "
             "compliant law."
@@ -42,14 +40,14 @@ def initial_force_fault(simulator: Simulator) -> str:
     return ""
 
 
-def checked_force(simulator: Simulator, force: Value) -> float:
+def checked_force(simulator: MechanismWithLaws, force: Value) -> float:
     """Return an initial force; InputError where none can be given, or it is not a number >= 0."""
     if fault := initial_force_fault(simulator):
         raise InputError(f"{simulator.where}: {fault}")
     return number(force, "initial force", where=simulator.where, unit="N", lower=0.0)
 
 
-def refuse_plastic(simulator: Simulator, values: Mapping[str, float]) -> None:
+def refuse_plastic(simulator: MechanismWithLaws, values: Mapping[str, float]) -> None:
     """Raise InputError where a compliant contact has e = 0, which has nothing to rest on."""
     for name in simulator.restitutions:
         if values[name] == 0:
@@ -60,7 +58,7 @@ def refuse_plastic(simulator: Simulator, values: Mapping[str, float]) -> None:
             )
 
 
-def refuse(simulator: Simulator, start: Start) -> NoReturn:
+def refuse(simulator: MechanismWithLaws, start: Start) -> NoReturn:
     """Raise InputError with the reason why a start is not admitted."""
     where = simulator.where
     for name, value in simulator.constants(start.place.parameters).items():
@@ -83,7 +81,7 @@ def refuse(simulator: Simulator, start: Start) -> NoReturn:
 
 
 def _refuse_contact(
-    simulator: Simulator, i: int, state: Mapping[str, float], values: Mapping[str, float]
+    simulator: MechanismWithLaws, i: int, state: Mapping[str, float], values: Mapping[str, float]
 ) -> None:
     """Raise InputError where a rigid contact is inside the ground, or a guide off its place."""
     row, several = simulator.contact.rows[i], simulator.contact.several
@@ -104,7 +102,7 @@ def _refuse_contact(
         )
 
 
-def end_detail(simulator: Simulator, raw: RawRun) -> str:
+def end_detail(simulator: MechanismWithLaws, raw: RawRun) -> str:
     """Return what is particular to the end of a run; see `Trajectory.stop_detail`."""
     if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
         return ""

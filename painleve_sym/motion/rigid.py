@@ -1,13 +1,11 @@
 """Details of the motion of rigid contacts besides its events.
 
-All solutions of a contact problem that has several, impulses, growing bounces, and the limit of a
-slip that meets A = 0.
+All solutions of a contact problem that has several, and growing bounces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,27 +16,15 @@ from painleve_sym.contacts.classify import contact_problem, solution_name
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.errors import EventKind, InputError, StopReason
-from painleve_sym.motion.locate_limit import locate_limit
+from painleve_sym.errors import EventKind, InputError
 from painleve_sym.motion.records import EventRecord
-from painleve_sym.motion.singular_limit import LimitKind, ReverseChatter
-from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.motion.singular_limit import ReverseChatter
 
 if TYPE_CHECKING:
-    from painleve_sym.motion.simulator import Simulator
+    from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws
 
 GROWING_BOUNCES = 4
 """Touchdowns in a row, each faster than the one before, that count as growth."""
-
-_MEETINGS = {
-    LimitKind.BOUNDED: "the slip runs into A = B = 0 with a bounded force (see limit); beyond it "
-    "the contact can slip on, open or have an impact",
-    LimitKind.LIFTOFF: "the slip meets A = B = 0 to within rounding, but its force falls to 0 "
-    "before; the contact opens there",
-    LimitKind.STOP: "the slip comes to A = 0 with B < 0, where the contact force presses it to a "
-    "stop; start again with slip velocity 0",
-}
-"""What a slip that meets A = 0 without dynamic jam does there."""
 
 
 def chatter_at(
@@ -50,7 +36,7 @@ def chatter_at(
 
 
 def alternatives(
-    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+    simulator: MechanismWithLaws, event: EventRecord, values: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Return all solutions of the contact problem of an event, if there are several."""
     several = simulator.contact.several
@@ -58,7 +44,7 @@ def alternatives(
 
 
 def _of_one(
-    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+    simulator: MechanismWithLaws, event: EventRecord, values: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the only contact; none for less than two."""
     contact = simulator.contact
@@ -74,7 +60,7 @@ def _of_one(
 
 
 def _of_several(
-    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+    simulator: MechanismWithLaws, event: EventRecord, values: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the closed contacts; none for less than two."""
     gaps, rates, slips = np.array([[event.state[n] for n in r] for r in simulator.contact.rows]).T
@@ -97,17 +83,6 @@ def _of_several(
         names.append(" + ".join(modes))
     several = (*dict.fromkeys(names), "impact")
     return several if len(several) > 2 else ()
-
-
-def with_limit(contact: ContactModel, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
-    """Return a motion that stopped where a slip meets A = 0 with the limit it would arrive at."""
-    limit = locate_limit(contact, run, values)
-    if limit is None:
-        return run
-    jam = limit.kind is LimitKind.DYNAMIC_JAM
-    reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
-    detail = reason.advice if jam else _MEETINGS[limit.kind]
-    return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
 
 
 def growing_bounces(

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from painleve_sym import __version__
 from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.protocol import RawRun, RunOptions
@@ -24,21 +23,42 @@ from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
 from painleve_sym.motion.rigidity import BodyPeriod, body_periods
 from painleve_sym.motion.singular_limit import ReverseChatter
-from painleve_sym.motion.trajectory import StoredRecord
+from painleve_sym.version import __version__
 
 if TYPE_CHECKING:
-    from painleve_sym.motion.simulator import Simulator, Start
-
+    from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 
 OPTIONS = ("first_step", "max_step", "max_steps", "max_events")
 """Options of a run besides its end and accuracy."""
 
 
 @dataclass(frozen=True)
+class StoredRecord:
+    """Recorded arrays of a motion that have been read; modes are indices into `mode_names`."""
+
+    steps: StepRecords
+    mode_names: tuple[str, ...]
+    final_mode: int
+    events: tuple[EventRecord, ...]
+    reverse_chatter: tuple[ReverseChatter, ...]
+    energy_gains: tuple[EnergyGain, ...]
+    constants: Array
+    body_periods: tuple[BodyPeriod, ...] = ()
+    surfaces: tuple[ContactSurface, ...] = ()
+    scales: Mapping[str, float] = field(default_factory=dict)
+    inputs: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, record: RunRecord | StoredRecord) -> StoredRecord:
+        """Return all that a record gives."""
+        return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
+
+
+@dataclass(frozen=True)
 class RunRecord:
     """The record of a run."""
 
-    simulator: Simulator
+    simulator: MechanismWithLaws
     start: Start
     raw: RawRun
     options: RunOptions
@@ -133,16 +153,16 @@ class RunRecord:
             rows.mode_before, rows.state_before, rows.memory_before, self.constants
         )
         at = {name: outputs[:, i] for i, name in enumerate(outline.output_names)}
-        own = [c.name for c in simulator.mechanism.outline.contacts]
+        first, *others = simulator.names.contacts
         records = []
         for i, after in enumerate(rows.state_after.tolist()):
             place = int(rows.contact[i])
             contact = outline.contacts[place] if place >= 0 else ""
-            end = f"_{contact or own[0]}" if len(own) > 1 else ""
             # A decision for several contacts at once has no force of its own.
             decided = place < 0 and rows.transition[i] < 0
             carried = ("normal_force", "tangential_force", "gap")
-            force, friction, gap = (0.0 if decided else float(at[f"{n}{end}"][i]) for n in carried)
+            named = (simulator.names.of_contact(n, contact or first) for n in carried)
+            force, friction, gap = (0.0 if decided else float(at[n][i]) for n in named)
             records.append(
                 EventRecord(
                     time=float(rows.time[i]),
@@ -153,7 +173,7 @@ class RunRecord:
                     normal_force=force,
                     tangential_force=friction,
                     compression=-gap,
-                    contact=contact if len(own) > 1 else own[0],
+                    contact=contact if others else first,
                 )
             )
         return records

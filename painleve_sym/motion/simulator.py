@@ -3,68 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of
-from painleve_sym.choices import EngineLike, EngineName, chosen
-from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.codegen.tape import TapeOutputs, output_tapes
-from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.inputs import closed_place
-from painleve_sym.engines.factory import SOURCES, make_engine
-from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
+from painleve_sym.engines.protocol import RawRun, RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason, received, unknown_name
 from painleve_sym.hooks import upper
-from painleve_sym.hybrid.signature import Outline
-from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
-from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.mechanics.declarations import Parameter, ParameterSet
-from painleve_sym.mechanics.materials import (
-    Material,
-    MaterialsLike,
-    two_materials,
-)
-from painleve_sym.mechanics.mechanism import Mechanism, Place
+from painleve_sym.mechanics.declarations import ParameterSet
+from painleve_sym.mechanics.materials import MaterialsLike, two_materials
+from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
-from painleve_sym.motion.law_numbers import values_of_materials
-from painleve_sym.motion.records import EngineOutputs, MotionNames
+from painleve_sym.motion.locate_limit import with_limit
+from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
+from painleve_sym.motion.records import EngineOutputs
 from painleve_sym.motion.refusals import checked_force, end_detail, refuse, refuse_plastic
-from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
-    from painleve_sym.hybrid.automaton import HybridAutomaton
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 
 NO_FORCE = -1.0
 """Initial force that stands for none."""
 
 
-class Start(NamedTuple):
-    """Start of a run: its place, its state and parameters in the engine's order, and its scale.
-
-    Below the scale of a state, shape (nx,), only its absolute error counts. The place is not yet
-    pressed by the initial force, N, which is negative where there is none. `materials` are those of
-    both bodies, where they are given.
-    """
-
-    place: Place
-    state: Array
-    parameters: Array
-    scale: Array
-    force: float
-    materials: tuple[Material, Material] | None = None
-
-
-@dataclass(frozen=True, init=False)
-class Simulator:
+@dataclass(frozen=True, init=False, repr=False)
+class Simulator(MechanismWithLaws):
     """A mechanism with its contact laws, ready to run; build once, run often.
 
     **One compliant contact** follows the branches of its law. **One rigid contact**: in the
@@ -110,56 +81,9 @@ class Simulator:
     ['e_energetic', 'E_B', 'nu_B', 'R_B', 'n_B', 'l_0_B']
     """
 
-    mechanism: Mechanism
-    law: Law | Mapping[str, Law] = field(hash=False)
-    engine: EngineLike = EngineName.AUTO
-
-    def __init__(
-        self, mechanism: MechanismLike, law: LawsLike, engine: EngineLike = EngineName.AUTO
-    ) -> None:
-        name = chosen(EngineName, engine, "engine")
-        values = {"mechanism": as_mechanism(mechanism), "law": as_law(law), "engine": name}
-        for attribute, value in values.items():
-            object.__setattr__(self, attribute, value)
-        self.mechanism.require_planar()
-        _ = self.contact  # rejects laws that do not fit the contacts, or each other
-
     def __repr__(self) -> str:
         """Return mechanism, laws and engine in one line."""
         return f"Simulator of {self.where}, engine {self.engine}"
-
-    @cached_property
-    def laws(self) -> tuple[Law, ...]:
-        """One law for all contacts, or one for each in the mechanism's order."""
-        if not isinstance(self.law, Mapping):
-            return (self.law,)
-        names = [c.name for c in self.mechanism.outline.contacts]
-        for name in self.law:
-            if name not in names:
-                message = unknown_name("contact", name, names)
-                raise InputError(f"mechanism {self.mechanism.name!r}: law: {message}")
-        for name in names:
-            if name not in self.law:
-                raise InputError(
-                    f"mechanism {self.mechanism.name!r}: law: contact {name!r} has none. "
-                    "Fix: give each contact its law."
-                )
-        return tuple(self.law[name] for name in names)
-
-    @cached_property
-    def contact(self) -> ContactDerivation:
-        """The contact or contacts, joined with their laws."""
-        return ContactDerivation(self.mechanism, self.laws)
-
-    @property
-    def automaton(self) -> HybridAutomaton:
-        """The automaton that is run."""
-        return self.contact.automaton
-
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """Parameters besides the mechanism's: those of the laws."""
-        return self.contact.parameters
 
     def given(
         self,
@@ -187,80 +111,9 @@ class Simulator:
                 given[here] = value
         return given
 
-    @property
-    def label(self) -> str:
-        """Names of the laws, for messages and results."""
-        return ", ".join(law.name for law in self.laws)
-
-    @property
-    def source(self) -> str:
-        """Works on the mechanism, the laws and the integrator."""
-        texts = [self.mechanism.source, *(law.source for law in self.laws)]
-        return "; ".join([*texts, SOURCES[EngineName(self.integrator.name)]])
-
-    @property
-    def choices(self) -> dict[str, str]:
-        """Named choices of the laws; a guide alone has no restitution."""
-        names = (c.name for c in self.mechanism.outline.contacts)
-        choices = choices_by_contact(dict(zip(names, self.laws, strict=False)))
-        if all(c.bilateral for c in self.mechanism.outline.contacts):
-            choices.pop("restitution", None)
-        return choices
-
-    @property
-    def contact_law(self) -> ContactLaw:
-        """The compliant law of the only contact.
-
-        Raises
-        ------
-        InputError
-            A rigid contact, or several contacts.
-        """
-        law, *more = self.contact.own_laws
-        if more or not law.is_compliant:
-            raise InputError(
-                f"{self.where}: need one contact with a compliant law. Fix: take such a law, and "
-                "one contact of several (Mechanism.only)."
-            )
-        return law
-
-    def is_compliant(self, i: int) -> bool:
-        """Whether a contact may start compressed."""
-        return self.contact.own_laws[i].is_compliant
-
-    @cached_property
-    def restitutions(self) -> tuple[str, ...]:
-        """Names of the coefficients of restitution of compliant contacts."""
-        laws = (law for law in self.contact.own_laws if law.is_compliant)
-        names = dict.fromkeys(p.name for law in laws for p in law.parameters)
-        return tuple(n for n in names if n.startswith("e_energetic"))
-
-    @cached_property
-    def rigid(self) -> tuple[int, ...]:
-        """Indices of the contacts that do not yield: rigid ones and guides."""
-        return tuple(
-            i
-            for i, contact in enumerate(self.mechanism.outline.contacts)
-            if contact.bilateral or not self.is_compliant(i)
-        )
-
-    @property
-    def start_events(self) -> bool:
-        """Whether what a start makes happen at once are events: where a contact is rigid."""
-        return bool(self.rigid)
-
-    @cached_property
-    def strikes(self) -> bool:
-        """Whether several contacts can have an impact: at least one of them is rigid."""
-        return self.contact.several and bool(self.rigid)
-
-    # ---- one motion ----
-
     @spelled_out(RunArguments)
     def run(
-        self,
-        state: Mapping[str, Value] | None = None,
-        **arguments: Unpack[RunArguments],
+        self, state: Mapping[str, Value] | None = None, **arguments: Unpack[RunArguments]
     ) -> Trajectory:
         """Integrate the motion from t = 0.
 
@@ -299,7 +152,7 @@ class Simulator:
         """Return the checked place of a start, with the laws' parameters too; see `simulate`."""
         given = self.given(parameters, law_parameters)
         if material is not None:
-            given = {**values_of_materials(self, material, given), **given}
+            given = {**self.values_of_materials(material, given), **given}
         place = self.mechanism.at(state, given, declared=self.declared, where=self.where)
         return place if close is None else closed_place(place, close)
 
@@ -326,7 +179,7 @@ class Simulator:
         """Return a checked place of the mechanism with the parameters of the laws, checked too."""
         given = self.given({}, law_parameters)
         if material is not None:
-            given |= values_of_materials(self, material, {**place.parameters, **given})
+            given |= self.values_of_materials(material, {**place.parameters, **given})
         own = ParameterSet(*self.own_parameters).values(self.where, given)
         return replace(place, parameters={**place.parameters, **own})
 
@@ -368,50 +221,6 @@ class Simulator:
             return known
         law, force = self.contact_law, Symbol("initial_force", positive=True)
         return known | {rows[0].gap: -((force / law.stiffness) ** (1 / law.exponent))}
-
-    # ---- numbers ----
-
-    @cached_property
-    def integrator(self) -> Engine:
-        """The engine, compiled or taken from the cache on first use."""
-        return make_engine(self.contact, self.engine)
-
-    @property
-    def outline(self) -> Outline:
-        """Names and structure of the automaton, known without deriving it."""
-        return self.integrator.outline
-
-    @cached_property
-    def where(self) -> str:
-        """Place of a fault, as messages name it."""
-        return f"{self.mechanism.name!r} with law {self.label!r}"
-
-    def parameters(self, given: Mapping[str, Value] | None = None) -> dict[str, float]:
-        """Return all parameters of mechanism and law, those in `given` replaced, checked."""
-        return self.declared.values(self.where, given)
-
-    @cached_property
-    def declared(self) -> ParameterSet:
-        """The parameters of mechanism and laws."""
-        return ParameterSet(*self.mechanism.outline.parameters, *self.own_parameters)
-
-    @property
-    def units(self) -> dict[str, str]:
-        """SI unit of every state and parameter, also of the laws, by name."""
-        return {**self.mechanism.units, **{p.name: p.unit for p in self.own_parameters}}
-
-    def constants(self, parameters: Mapping[str, float]) -> dict[str, float]:
-        """Return the values of all parameters and definitions by name."""
-        c = self.integrator.constants(self._vector_of(parameters))
-        return dict(zip(self.outline.constant_names, map(float, c), strict=True))
-
-    def _vector_of(self, parameters: Mapping[str, float]) -> Array:
-        return np.array([parameters[name] for name in self._order])
-
-    @cached_property
-    def _order(self) -> tuple[str, ...]:
-        """Names of the parameters in the engine's order."""
-        return self.outline.parameter_names
 
     @spelled_out(RunArguments)
     def sensitivities(
@@ -491,12 +300,7 @@ class Simulator:
             )
         return values
 
-    def trajectory(
-        self,
-        raw: RawRun,
-        start: Start,
-        options: RunOptions,
-    ) -> Trajectory:
+    def trajectory(self, raw: RawRun, start: Start, options: RunOptions) -> Trajectory:
         """Return a run as a trajectory."""
         return Trajectory(
             names=self.names,
@@ -516,30 +320,3 @@ class Simulator:
     @cached_property
     def _evaluator(self) -> EngineOutputs:
         return EngineOutputs(self.integrator, lambda: self.output_tapes)
-
-    @cached_property
-    def output_tapes(self) -> TapeOutputs:
-        """Outputs of the automaton as plain operations, from the cache where it has them."""
-        return output_tapes(self.contact)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Pickle mechanism, law and engine name; the engine comes from the cache again."""
-        return {name: self.__dict__[name] for name in ("mechanism", "law", "engine")}
-
-    @cached_property
-    def names(self) -> MotionNames:
-        """Names that all motions of the simulator share."""
-        outline = self.outline
-        return MotionNames(
-            mechanism=self.mechanism.name,
-            law=self.label,
-            choices=self.choices,
-            states=outline.state_names,
-            memory=outline.memory_names,
-            outputs=outline.output_names,
-            engine=self.integrator.name,
-            contacts=tuple(c.name for c in self.mechanism.outline.contacts),
-            units=self.mechanism.units | {p.name: p.unit for p in self.own_parameters},
-            latex=self.mechanism.latex_names,
-            source=self.source,
-        )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,7 @@ from painleve_sym.motion.energy_gains import EnergyGain, notices
 from painleve_sym.motion.pressing import ContactSurface, pressing_notices
 from painleve_sym.motion.records import EngineOutputs, EventRecord, Film, MotionNames, Segment
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
+from painleve_sym.motion.run_record import RunRecord, StoredRecord
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
 from painleve_sym.notebooks import Shown
 from painleve_sym.quantities import counted, unit_of
@@ -36,31 +37,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from painleve_sym.motion.run_record import RunRecord
-
 FORMAT = "painleve-sym trajectory 2"
-
-
-@dataclass(frozen=True)
-class StoredRecord:
-    """Recorded arrays of a motion that have been read; modes are indices into `mode_names`."""
-
-    steps: StepRecords
-    mode_names: tuple[str, ...]
-    final_mode: int
-    events: tuple[EventRecord, ...]
-    reverse_chatter: tuple[ReverseChatter, ...]
-    energy_gains: tuple[EnergyGain, ...]
-    constants: Array
-    body_periods: tuple[BodyPeriod, ...] = ()
-    surfaces: tuple[ContactSurface, ...] = ()
-    scales: Mapping[str, float] = field(default_factory=dict)
-    inputs: dict[str, Any] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, record: RunRecord | StoredRecord) -> StoredRecord:
-        """Return all that a record gives."""
-        return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
 
 
 @dataclass(frozen=True, repr=False)
@@ -307,8 +284,7 @@ class Trajectory(Shown):
             known = [abs(v) for v in self.final_forces.values()]
             known += [abs(f) for e in self.events for f in (e.normal_force, e.tangential_force)]
             return max(known, default=0.0)
-        ends = f"{name}_{contact}" if len(self.names.contacts) > 1 and contact else name
-        known = [self.record.scales.get(ends, 0.0)]
+        known = [self.record.scales.get(self.names.of_contact(name, contact), 0.0)]
         if name in self.state_names:
             i = self.state_names.index(name)
             known.append(float(np.max(np.abs(self.step_rows[:, 0, i]), initial=0.0)))

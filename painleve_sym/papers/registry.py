@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from painleve_sym import __version__, papers
+from painleve_sym import papers
 from painleve_sym.checks import names_of, text_of
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
@@ -23,6 +23,7 @@ from painleve_sym.papers.claims import Claims, ItemClaim, read_claims
 from painleve_sym.papers.item import Outcome, Verdict
 from painleve_sym.papers.panels import Panel
 from painleve_sym.progress import progress
+from painleve_sym.version import __version__
 
 FORMAT = "painleve-sym reproduction 1"
 
@@ -190,11 +191,7 @@ def selected(
     return tuple((p, n) for p, n in items if n in only or p.claims.items[n].group in only)
 
 
-def reproduce(
-    only: Sequence[str] | None = None,
-    *,
-    paper: str | None = None,
-) -> Reproduction:
+def reproduce(only: Sequence[str] | None = None, *, paper: str | None = None) -> Reproduction:
     """Compute every item, or those asked for; one that raises an exception has failed.
 
     Parameters

@@ -124,8 +124,8 @@ class FilmPicture:
         scene, axes = self.scene, self.strip
         film = np.linspace(0, (len(scene.times) - 1) / self.rate, FINER * len(scene.times))
         fine = scene.trajectory.outputs(film_times(scene.trajectory, len(film)))
-        end = "_{}" if len(scene.trajectory.names.contacts) > 1 else ""
-        forces = [fine["normal_force" + end.format(c)] for c in scene.contacts]
+        names = scene.trajectory.names
+        forces = [fine[names.of_contact("normal_force", c)] for c in scene.contacts]
         largest = max((float(np.nanmax(np.abs(f))) for f in forces), default=0.0)
         scale, unit = scaled_unit("N", largest)
         for k, (name, force) in enumerate(zip(scene.contacts, forces, strict=True)):

@@ -177,17 +177,17 @@ _PARTS: dict[type, Callable[[Any], list[str]]] = {
 def _forces(trajectory: Trajectory) -> Figure:
     times = trajectory.fine_times(4)
     scale, unit = scaled_unit("s", trajectory.final_time)
-    outputs, contacts = trajectory.outputs(times), trajectory.names.contacts
-    several = len(contacts) > 1
-    ends = [f"_{contact}" if several else "" for contact in contacts]
-    largest = max(float(np.nanmax(np.abs(outputs[f"normal_force{end}"]))) for end in ends)
+    outputs, names = trajectory.outputs(times), trajectory.names
+    forces = {c: outputs[names.of_contact("normal_force", c)] for c in names.contacts}
+    several = len(forces) > 1
+    largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
     factor, force_unit = scaled_unit("N", largest)
     figure = Figure(figsize=(4.5, 1.6), layout="constrained")
     axes = figure.add_subplot()
-    for k, (contact, end) in enumerate(zip(contacts, ends, strict=True)):
+    for k, (contact, force) in enumerate(forces.items()):
         colour, dashes = (CONTACTS[k % 5], DASHES[k % 5]) if several else (NORMAL, DASHES[0])
         look: Any = {"color": colour, "linestyle": dashes, "label": figure_text(contact)}
-        axes.plot(times * scale, outputs[f"normal_force{end}"] * factor, **look)
+        axes.plot(times * scale, force * factor, **look)
     axes.set_xlabel(axis_label("t", unit))
     axes.set_ylabel(axis_label("F_n", force_unit))
     if several:

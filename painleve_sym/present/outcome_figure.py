@@ -40,10 +40,7 @@ NAMES = {
 }
 LINES: dict[str, tuple[str, dict[str, Any]]] = {
     "slip_stop": ("critical force", {"color": PALETTE[0], "linewidth": 1.3}),
-    "predicted": (
-        "closed form",
-        {"color": PALETTE[1], "linewidth": 1.3, "linestyle": DASHES[1]},
-    ),
+    "predicted": ("closed form", {"color": PALETTE[1], "linewidth": 1.3, "linestyle": DASHES[1]}),
     "limit": ("$F_n^* = -B/A$", {"color": REFERENCE, "linewidth": 1.0, "linestyle": DASHES[3]}),
 }
 """The other critical force is the border of the fills."""

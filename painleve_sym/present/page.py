@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from painleve_sym import __version__
 from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
+from painleve_sym.version import __version__
 
 _STYLE = """
 :root { color-scheme: light dark; --ink: #1a1a1a; --paper: #fff; --soft: #444; --line: #ccc;

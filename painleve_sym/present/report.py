@@ -139,7 +139,8 @@ def markdown(reproduction: Reproduction) -> str:
     """Return the report: an overview, then every item with its figure and numbers."""
     parts = [
         "# The paper again",
-        f"{_subject(reproduction)}, computed and compared with the print.",
+        f"{reproduction.source.rstrip('.')}: every table, figure and formula, computed and "
+        "compared with the print.",
         summary(reproduction),
         ON_RECORD,
         " ".join(f"*{name}*: {meaning}." for name, meaning in VERDICTS.items()),
@@ -155,10 +156,6 @@ def markdown(reproduction: Reproduction) -> str:
     for item in reproduction.items:
         parts += _section(item, reproduction.label(item))
     return "\n\n".join(parts) + "\n"
-
-
-def _subject(reproduction: Reproduction) -> str:
-    return f"{reproduction.source.rstrip('.')}: every table, figure and formula"
 
 
 def _section(item: Item, label: str) -> list[str]:

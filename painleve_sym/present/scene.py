@@ -10,16 +10,14 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.shapes import (
-    PLACE,
-    Shape,
-    ShapeKind,
+from painleve_sym.mechanics.drawing import (
     contact_geometries,
     ground_surfaces,
     scene_formulas,
     shapes_of,
 )
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.shapes import PLACE, Shape, ShapeKind
 from painleve_sym.motion.trajectory import Trajectory
 
 MAX_MAGNIFIED = 24
@@ -118,8 +116,7 @@ class Scene:
 
     def of_contact(self, name: str, contact: str) -> Array:
         """Return an output of one contact, shape (frames,)."""
-        several = len(self.trajectory.names.contacts) > 1
-        return self.outputs[f"{name}_{contact}" if several else name]
+        return self.outputs[self.trajectory.names.of_contact(name, contact)]
 
     def points(self, i: int) -> Array:
         """Return the points of a shape, shape (frames, points, 2); m."""

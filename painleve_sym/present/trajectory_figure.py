@@ -97,9 +97,9 @@ class _Motion:
     @cached_property
     def forces(self) -> dict[tuple[int, str], Array]:
         """Forces by number of the contact and name."""
-        outputs, contacts = self.run.outputs(self.times), self.run.names.contacts
-        ends = [f"_{contact}" if len(contacts) > 1 else "" for contact in contacts]
-        forces = {(k, f): outputs[f + end] for k, end in enumerate(ends) for f in _FORCES}
+        outputs, names = self.run.outputs(self.times), self.run.names
+        pairs = ((k, c, f) for k, c in enumerate(names.contacts) for f in _FORCES)
+        forces = {(k, f): outputs[names.of_contact(f, c)] for k, c, f in pairs}
         return {key: self._without_many_jumps(values) for key, values in forces.items()}
 
     def _without_many_jumps(self, values: Array) -> Array:

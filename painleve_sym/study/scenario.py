@@ -31,6 +31,7 @@ from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.materials import material_values, two_materials
 from painleve_sym.mechanics.mechanism import Mechanism, Place
+from painleve_sym.mechanics.models import NAMED
 from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.mechanics.toml.lines import TomlLines, toml_lines
 from painleve_sym.motion.rigidity import body_periods, rigidity_notices
@@ -169,6 +170,21 @@ class Scenario:
         if same and "_mechanism" in self.__dict__:
             copy.__dict__["_mechanism"] = self._mechanism
         return copy
+
+    @property
+    def named_parameters(self) -> set[str]:
+        """Parameters of a named mechanism; none of a file, which is read later."""
+        named = self.model.partition(":")[0] in NAMED
+        return {p.name for p in model(self.model).outline.parameters} if named else set()
+
+    def with_owned_parameters(self) -> Scenario:
+        """Return it; InputError where a parameter of the law is given to a named mechanism."""
+        own = self.named_parameters if self.law is not None else set()
+        of_law = self.contact_law().parameters if own else ()
+        for name in self.parameters:
+            if name not in own and (fault := misplaced(name, of_law)):
+                raise InputError(fault)
+        return self
 
     def from_material(self, varied: Collection[str] = ()) -> Scenario:
         """Return a copy with the parameters that `material` provides; given ones keep their values.

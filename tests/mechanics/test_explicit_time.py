@@ -20,9 +20,9 @@ from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
 from painleve_sym.mechanics.definition import definition_text
-from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 from painleve_sym.mechanics.system import TIME, LagrangianSystem
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text

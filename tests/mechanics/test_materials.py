@@ -21,7 +21,6 @@ from painleve_sym.mechanics.materials import (
     two_materials,
 )
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
-from painleve_sym.motion.law_numbers import values_of_materials
 from painleve_sym.references import references
 from painleve_sym.study.scenario import Scenario
 from painleve_sym.study.sweeps.sweep import Sweep
@@ -115,7 +114,7 @@ def test_laws_of_one_modulus_and_of_two_take_what_materials_provide(name):
 
 def test_elastic_rod_takes_density_and_modulus_and_the_law_of_a_contact_takes_its_own():
     simulator = ps.Simulator(ps.model("rod-bending:1,0"), {"A": ps.law("hertz")})
-    assert values_of_materials(simulator, "wood", {"E": 1.0}) == {
+    assert simulator.values_of_materials("wood", {"E": 1.0}) == {
         "rho": 525.0,
         "Y": 13e9,
         "nu": 0.29,
@@ -179,8 +178,8 @@ def _simulated(**given):
         lambda: ps.simulate(
             "rod", paper_law(), {"theta": 1.0}, t_end=1e-4, material="steel"
         ),
-        lambda: values_of_materials(ps.Simulator("rod", paper_law(bodies=2)), "steel,rubber"),
-        lambda: values_of_materials(ps.Simulator("rod", "hunt-crossley"), "chalk", {"n": 1.764}),
+        lambda: ps.Simulator("rod", paper_law(bodies=2)).values_of_materials("steel,rubber"),
+        lambda: ps.Simulator("rod", "hunt-crossley").values_of_materials("chalk", {"n": 1.764}),
         lambda: Scenario(
             "rod", law="bilinear-hertz", law_parameters={"n": 1.764}, material="wood"
         ).from_material(),

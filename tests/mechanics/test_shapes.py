@@ -18,15 +18,14 @@ from painleve_sym import (
 )
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.mechanics.bars import bending_modes
-from painleve_sym.mechanics.models import MODELS
-from painleve_sym.mechanics.shapes import (
-    PLACE,
-    Shape,
+from painleve_sym.mechanics.drawing import (
     contact_geometries,
     ground_surfaces,
     scene_formulas,
     shapes_of,
 )
+from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.shapes import PLACE, Shape
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
 FILES = sorted(

@@ -14,8 +14,8 @@ from painleve_sym.errors import ModelError
 from painleve_sym.mechanics.bodies import Body, Load, Spring, expr
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
-from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
+from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import LagrangianSystem
 
 X, Y = Coordinate("x", "place", "m"), Coordinate("y", "height", "m")

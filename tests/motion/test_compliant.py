@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import COMPLIANT_LAWS, law
 from painleve_sym.mechanics.models.rods import rod
-from painleve_sym.motion.law_numbers import compression_of_force
 from painleve_sym.motion.simulator import Simulator
 from tests.oracles import rod_scipy
 from tests.support.paper_law import paper_law
@@ -137,12 +136,12 @@ def test_initial_force_is_the_force_at_the_start(virgin):
 
 def test_initial_surface_energy_is_the_work_of_the_loading_curve(virgin):
     values = virgin.parameters({"E": 20.9e14, "e_energetic": 1.0})
-    depth = compression_of_force(virgin, 350.0, values)
+    depth = virgin.compression_of_force(350.0, values)
     energy = 350.0 * depth / 2.764  # (10), n + 1 = 2.764
     run = virgin.run(TABLE_4, t_end=1e-6, parameters=values, initial_force=350.0)
     assert run.values("stored_energy", 0.0)[0] == pytest.approx(energy, rel=1e-12)
     with pytest.raises(InputError, match="initial force: got -1"):
-        compression_of_force(virgin, -1.0, values)
+        virgin.compression_of_force(-1.0, values)
 
 
 def test_leaving_the_domain_is_told(virgin):

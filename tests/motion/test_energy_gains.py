@@ -14,7 +14,6 @@ import painleve_sym as ps
 from painleve_sym.cli import main
 from painleve_sym.errors import EventKind
 from painleve_sym.motion.energy_gains import EnergyGain, notices
-from painleve_sym.motion.law_numbers import loading_curve
 from tests.support.paper_law import paper_law
 
 # A block on two feet that falls on both; under the energetic law of several contacts that opposed
@@ -97,7 +96,7 @@ def test_virgin_reloads_say_what_they_create_and_elastic_ones_nothing():
     # At a reload the loading curve has e² of its work stored: by hand, from the depth.
     law = ps.Simulator(ps.model("rod"), paper_law(reload="virgin"))
     constants = law.constants(virgin.parameters)
-    curve = loading_curve(law, {s: np.array([v]) for s, v in constants.items()})
+    curve = law.loading_curve({s: np.array([v]) for s, v in constants.items()})
     k, n = (float(v[0]) for v in curve)
     first = virgin.events_of("reload")[0]
     (top,) = [e for e in virgin.events_of("max_compression") if e.time < first.time]

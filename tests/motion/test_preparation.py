@@ -10,7 +10,6 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.motion.law_numbers import compression_of_force
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
 from painleve_sym.motion.trajectory import StoredRecord
 
@@ -65,7 +64,7 @@ def test_an_initial_force_is_carried_at_the_start():
     start = simulator.start(simulator.at(IMPACT, {"E": 20.9e14}), 25.0)
     run = simulator.run(IMPACT, parameters={"E": 20.9e14}, initial_force=25.0, t_end=1e-9)
     assert run.values("normal_force", 0.0) == pytest.approx(25.0, rel=1e-12)
-    depth = compression_of_force(simulator, 25.0, start.place.parameters)
+    depth = simulator.compression_of_force(25.0, start.place.parameters)
     assert -start.state[simulator.outline.state_names.index(simulator.contact.rows[0].gap)] == depth
 
 

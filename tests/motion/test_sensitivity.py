@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.motion.sensitivity.variational import EventMarks
+from painleve_sym.motion.sensitivity.result import EventMarks
 from painleve_sym.motion.simulator import Simulator
 from tests.support.paper_law import paper_law
 

@@ -24,7 +24,6 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
-from painleve_sym.motion.law_numbers import compression_of_force, loading_curve
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.time_stepping.stepping import TimeStepper
 from tests.support.paper_law import paper_law
@@ -476,15 +475,15 @@ def test_without_its_reference_length_the_law_of_the_paper_depends_on_the_unit_o
     simulator = Simulator(model("rod"), paper_law())
     values = simulator.parameters()
     scaled = _scaled(values, _declared_units(simulator), millimetre)
-    depth = compression_of_force(simulator, 1.0, values)
+    depth = simulator.compression_of_force(1.0, values)
     constants = simulator.constants(scaled | {"l_0": 1.0})
     numbers = {s: np.array([v]) for s, v in constants.items()}
-    stiffness, exponent = (float(v[0]) for v in loading_curve(simulator, numbers))
+    stiffness, exponent = (float(v[0]) for v in simulator.loading_curve(numbers))
     newton = factor("N", millimetre)
     force = stiffness * (depth * 1e3) ** exponent / newton
     assert force == pytest.approx(10 ** (3 * 1.764 - 4.5), rel=1e-12)
     assert force == pytest.approx(6.19, rel=1e-3)
-    assert compression_of_force(simulator, newton, scaled) == pytest.approx(depth * 1e3, rel=1e-12)
+    assert simulator.compression_of_force(newton, scaled) == pytest.approx(depth * 1e3, rel=1e-12)
 
 
 @settings(max_examples=30, deadline=None)

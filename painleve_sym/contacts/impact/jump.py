@@ -12,12 +12,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import (
-    ROUND_OFF,
-    place_of,
-    refuse_outside,
-    refuse_without_surface,
-)
+from painleve_sym.contacts.inputs import ROUND_OFF, place_of, refuse_outside, refuse_without_surface
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law

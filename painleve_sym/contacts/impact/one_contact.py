@@ -11,19 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.checks import (
-    LARGEST,
-    checked_number,
-    mobility_faults,
-    spatial_mobility_faults,
-)
+from painleve_sym.checks import LARGEST, checked_number, mobility_faults, spatial_mobility_faults
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
-from painleve_sym.contacts.impact.spatial import (
-    InvariantDirection,
-    course_in_space,
-    invariant_ones,
-)
+from painleve_sym.contacts.impact.spatial import InvariantDirection, course_in_space, invariant_ones
 from painleve_sym.contacts.impact.within_plane import (
     in_plane,
     moving_tangent,

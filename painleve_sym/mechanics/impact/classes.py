@@ -71,10 +71,7 @@ class ImpactCourse:
 
 
 def impact_course(
-    coefficients: ContactCoefficients,
-    case: ImpactClass,
-    slip: int = -1,
-    write: Writer = readable,
+    coefficients: ContactCoefficients, case: ImpactClass, slip: int = -1, write: Writer = readable
 ) -> ImpactCourse:
     """Return the phases of one class of impact, with the conditions under which it happens.
 

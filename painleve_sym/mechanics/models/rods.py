@@ -7,8 +7,8 @@ import sympy as sp
 from painleve_sym.mechanics.bars import STATIONS, RoundBar, axial_modes, bending_modes
 from painleve_sym.mechanics.bodies import Body, Mode
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
-from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
+from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
 from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
@@ -152,11 +152,7 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
     body = Body(m.symbol, centre, inertia, theta.symbol, tuple(modes), "rod")
     name = "rod-bending" if (bending, axial) == (3, 1) else f"rod-bending:{bending},{axial}"
     system = LagrangianSystem.of_bodies(
-        name,
-        (x, y, theta, *modal),
-        (m, l, rho, Y, zeta, g, mu),
-        [body],
-        gravity=g.symbol,
+        name, (x, y, theta, *modal), (m, l, rho, Y, zeta, g, mu), [body], gravity=g.symbol
     )
     end = body.point((-l.symbol, 0), shapes)
     places = (l.symbol * sp.Rational(2 * k - STATIONS + 1, STATIONS - 1) for k in range(STATIONS))

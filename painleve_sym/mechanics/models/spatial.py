@@ -6,8 +6,8 @@ import sympy as sp
 
 from painleve_sym.mechanics.bodies import Load
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
-from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
+from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
 from painleve_sym.mechanics.spatial_bodies import Orientation, SpatialBody
 from painleve_sym.mechanics.system import LagrangianSystem
@@ -56,11 +56,7 @@ def rod_3d() -> Mechanism:
     c_x, c_y, c_z = (p + l.symbol * a for p, a in zip(end, axis, strict=True))
     body = SpatialBody(m.symbol, (c_x, c_y, c_z), (J_3.symbol, J, J), turned, "rod")
     system = LagrangianSystem.of_bodies(
-        "rod-3d",
-        (x, y, z, theta, psi, phi),
-        (m, l, alpha, J_3, g, mu),
-        [body],
-        gravity=g.symbol,
+        "rod-3d", (x, y, z, theta, psi, phi), (m, l, alpha, J_3, g, mu), [body], gravity=g.symbol
     )
     return Mechanism(
         name="rod-3d",
@@ -103,11 +99,7 @@ def top() -> Mechanism:
     moments = J_1.symbol, J_1.symbol, J_3.symbol
     body = SpatialBody(m.symbol, (c_x, c_y, c_z), moments, turned, "top")
     system = LagrangianSystem.of_bodies(
-        "top",
-        (x, y, z, psi, theta, phi),
-        (m, l, J_1, J_3, g, mu),
-        [body],
-        gravity=g.symbol,
+        "top", (x, y, z, psi, theta, phi), (m, l, J_1, J_3, g, mu), [body], gravity=g.symbol
     )
     return Mechanism(
         name="top",
@@ -150,11 +142,7 @@ def brick() -> Mechanism:
     moments = tuple(m.symbol * pair / 3 for pair in (B + C, A + C, A + B))
     body = SpatialBody(m.symbol, (c_x, c_y, c_z), moments, turned, "brick")
     system = LagrangianSystem.of_bodies(
-        "brick",
-        (x, y, z, yaw, pitch, roll),
-        (m, a, b, c, g, mu),
-        [body],
-        gravity=g.symbol,
+        "brick", (x, y, z, yaw, pitch, roll), (m, a, b, c, g, mu), [body], gravity=g.symbol
     )
     return Mechanism(
         name="brick",

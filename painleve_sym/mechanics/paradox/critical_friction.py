@@ -310,10 +310,7 @@ def in_one_variable(expr: sp.Expr, q: sp.Symbol, t: sp.Symbol) -> tuple[sp.Expr 
     if without_high_powers(expr)[1]:
         return None, q
     root = sp.sqrt(1 + t**2)
-    forms = (
-        (sp.tan(q), {sp.sin(q): t / root, sp.cos(q): 1 / root}),
-        (q, {q: t}),
-    )
+    forms = ((sp.tan(q), {sp.sin(q): t / root, sp.cos(q): 1 / root}), (q, {q: t}))
     # sin(q + a) hides sin q and cos q.
     expr = sp.expand_trig(expr)
     for variable, swap in forms:

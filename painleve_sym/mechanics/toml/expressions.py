@@ -339,11 +339,7 @@ class _Walk:
             )
 
     def _value(
-        self,
-        node: ast.expr,
-        name: str,
-        numeric: Callable[..., float],
-        values: list[float | None],
+        self, node: ast.expr, name: str, numeric: Callable[..., float], values: list[float | None]
     ) -> float | None:
         """Return the number a constant part has; reject it where it is not finite or vanishes."""
         known = [v for v in values if v is not None]

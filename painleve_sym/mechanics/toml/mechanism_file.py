@@ -15,9 +15,9 @@ from painleve_sym.escape import latex_fault
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring, expr
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
 from painleve_sym.mechanics.materials import PROPERTIES
-from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.quaternions import Quaternion, QuaternionPart, velocities_of
 from painleve_sym.mechanics.shapes import ContactGeometry, Shape, ShapeKind
 from painleve_sym.mechanics.spatial_bodies import SpatialBody

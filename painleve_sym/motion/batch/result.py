@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from painleve_sym import __version__
 from painleve_sym.arrays import Array, table_library
 from painleve_sym.checks import names_of, text_of
 from painleve_sym.choices import Record
@@ -26,6 +25,7 @@ from painleve_sym.motion.run_record import OPTIONS
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory, labels
 from painleve_sym.quantities import unit_of
+from painleve_sym.version import __version__
 
 if TYPE_CHECKING:
     import pandas
@@ -255,11 +255,7 @@ class BatchResult:
                 f"dimension of the shape {self.shape}."
             )
         coordinates = {
-            self._label(name): (
-                tuple(dims[i] for i in axes),
-                values,
-                {"units": self.units(name)},
-            )
+            self._label(name): (tuple(dims[i] for i in axes), values, {"units": self.units(name)})
             for name, (axes, values) in self.varied.items()
         }
         usual = tuple(n for n in self.names if not n.startswith("times_of_"))

@@ -211,7 +211,7 @@ def _integrate(
         return
     atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
     engine.run_batch(block.states, block.parameters, t_end, atol, o, kept, rows)
-    if simulator.contact.is_rigid and not simulator.contact.is_guide:
+    if simulator.contact.can_open:
         _name_jams(simulator, block.parameters, rows)
 
 

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.codegen.tape import tapes_of_functions
+from painleve_sym.engines.protocol import Engine, RawRun
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.motion.records import EventRecord
+from painleve_sym.motion.records import EngineOutputs, EventRecord
+from painleve_sym.motion.run_record import StoredRecord
 from painleve_sym.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from painleve_sym.motion.sensitivity.variational import RunDerivatives
+    from painleve_sym.codegen.variational import VariationalFunctions
+
+GRAZING = 1e-3
+"""Relative change of a guard's rate, under a change of a direction by the tolerance, from which on
+the event counts as met tangentially: about that is the error of its derivatives then."""
+
+COINCIDENT = 1e-9
+"""Part of the time so far within which two events count as simultaneous."""
 
 NO_DERIVATIVE = {
     "grazing": "is met tangentially",
@@ -54,6 +66,171 @@ class StoredDerivatives:
 
     events: tuple[EventSensitivity, ...]
     extended: Trajectory
+
+
+@dataclass(frozen=True)
+class EventMarks:
+    """Numbers of an extended run at its n events, with k directions.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    slopes : ndarray, shape (n, entries)
+        Derivatives of the states just after, as `VariationalFunctions.packed` lists them.
+    time_gradient, shift : ndarray, shape (n, k)
+        T; dσ by the guard alone.
+    guard, rate, bend : ndarray, shape (n,)
+        The guard and its first two derivatives in time just before.
+    timed : ndarray of bool, shape (n,)
+        Whether the event waited for its guard.
+    notes : tuple of str
+        Those of the events that no transition made, empty for the others.
+    """
+
+    time: Array
+    slopes: Array
+    time_gradient: Array
+    shift: Array
+    guard: Array
+    rate: Array
+    bend: Array
+    timed: Any
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, raw: RawRun, functions: VariationalFunctions, notes: Sequence[str]) -> EventMarks:
+        """Read the events; `notes` are those of the ones that no transition made, in order."""
+        events, places = raw.event_records, functions.event_entries
+        memory, answered = events.memory_after, events.transition < 0
+        every = [""] * len(answered)
+        if answered.any():
+            # Such an event takes no time, and its entries are those of the event before it.
+            memory = memory.copy()
+            memory[answered, places["shift"].start :] = 0.0
+            given = iter(notes)
+            every = [next(given, "") if own else "" for own in answered.tolist()]
+        guard, rate, bend, timed = (
+            memory[:, places[name].start] for name in ("guard", "rate", "bend", "timed")
+        )
+        return cls(
+            time=events.time,
+            slopes=events.state_after[:, len(functions.automaton.states) :],
+            time_gradient=memory[:, places["time"]],
+            shift=memory[:, places["shift"]],
+            guard=guard,
+            rate=rate,
+            bend=bend,
+            timed=timed != 0,
+            notes=tuple(every),
+        )
+
+    def verdicts(self, sizes: Array, rtol: float) -> list[tuple[float, str]]:
+        """Return condition and note of each event; `sizes` are those of the directions."""
+        if not self.notes:
+            return []
+        with np.errstate(divide="ignore", invalid="ignore"):
+            moved = np.abs(self.shift) * sizes
+            changes = (np.abs(self.bend / self.rate)[:, None] * moved).max(axis=1)
+        bounded = np.isfinite(moved)
+        conditions = np.where(bounded.all(axis=1), changes, np.inf)
+        smooth = np.isfinite(self.slopes).all(axis=1)
+        near = COINCIDENT * np.where(self.time == 0, 1.0, self.time)
+        by_chance = (bounded & (moved > near[:, None])).any(axis=1)
+        by_chance &= np.abs(self.guard) <= near * np.abs(self.rate)
+        columns = (self.notes, self.timed, conditions, smooth, by_chance)
+        verdicts = []
+        for note, timed, condition, regular, chance in zip(
+            *(c if isinstance(c, tuple) else c.tolist() for c in columns), strict=True
+        ):
+            if note:
+                verdicts.append((0.0, note))
+            elif timed and not condition * rtol <= GRAZING:
+                verdicts.append((condition, "grazing"))
+            elif not regular:
+                verdicts.append((condition if timed else 0.0, "singular"))
+            else:
+                verdicts.append((condition, "") if timed else (0.0, "one-sided" if chance else ""))
+        return verdicts
+
+
+@dataclass(frozen=True)
+class RunDerivatives:
+    """Events and extended run of a motion with derivatives, made when they are first asked for.
+
+    `verdicts` are condition and note of each event; `sizes`, shape (k,), are those of directions,
+    `scale`, shape (nx,), is that of states.
+    """
+
+    functions: VariationalFunctions
+    engine: Engine
+    wrt: tuple[str, ...]
+    raw: RawRun
+    trajectory: Trajectory
+    marks: EventMarks
+    verdicts: Sequence[tuple[float, str]]
+    sizes: Array
+    scale: Array
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what has been read, without simulator and engine."""
+        return StoredDerivatives, (self.events, self.extended)
+
+    @cached_property
+    def events(self) -> tuple[EventSensitivity, ...]:
+        """Derivatives of the events, with what is singular about them named."""
+        marks, functions = self.marks, self.functions
+        n, known = len(self.verdicts), first_without(self.verdicts)
+        jacobians = np.zeros((n, len(self.scale), len(self.sizes)))
+        rows, columns = functions.entries
+        jacobians[:, rows, columns] = marks.slopes
+        gradients, ranks = marks.time_gradient.copy(), np.full(n, -1)
+        if known:
+            sized = jacobians[:known] * self.sizes / self.scale[:, None]
+            ranks[:known] = np.linalg.matrix_rank(sized, rtol=1e-9)
+        jacobians[known:] = gradients[known:] = np.nan
+        return tuple(
+            EventSensitivity(record, gradient, jacobian, condition, rank, note)
+            for record, gradient, jacobian, rank, (condition, note) in zip(
+                self.trajectory.events,
+                gradients,
+                jacobians,
+                ranks.tolist(),
+                self.verdicts,
+                strict=True,
+            )
+        )
+
+    @cached_property
+    def extended(self) -> Trajectory:
+        """The run of state and derivatives together."""
+        trajectory, raw, wrt = self.trajectory, self.raw, self.wrt
+        functions, engine = self.functions, self.engine
+        rows, columns = functions.entries
+        names = trajectory.state_names
+        slopes = [f"d {names[i]}/d {wrt[k]}" for i, k in zip(rows, columns, strict=True)]
+        outputs = [
+            f"d {kind} {name}/d {w}"  # the gap may be a state and an output
+            for kind, group in (("state", names), ("output", trajectory.output_names))
+            for w in wrt
+            for name in group
+        ]
+        record = StoredRecord.of(trajectory.record)
+        steps = replace(raw.step_records, mode=record.steps.mode)
+        parameters = trajectory.constants[: len(functions.automaton.parameters)]
+        return replace(
+            trajectory,
+            names=replace(
+                trajectory.names,
+                states=(*names, *slopes),
+                memory=tuple(f"memory {i}" for i in range(len(raw.memory))),
+                outputs=(*trajectory.output_names, *outputs),
+            ),
+            record=replace(record, steps=steps, constants=engine.constants(parameters)),
+            final_state=raw.state,
+            final_memory=raw.memory,
+            evaluator=EngineOutputs(engine, partial(tapes_of_functions, functions)),
+        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -193,3 +370,9 @@ def split_outputs(values: Array, nx: int, no: int, k: int) -> tuple[Array, Array
     states = values[:, no : no + nx * k].reshape(-1, k, nx)
     outputs = values[:, no + nx * k :].reshape(-1, k, no)
     return states.transpose(0, 2, 1), outputs.transpose(0, 2, 1)
+
+
+def first_without(verdicts: Sequence[tuple[float, str]]) -> int:
+    """Return the index of the first event without a derivative, the number of all where none is."""
+    notes = (i for i, (_, note) in enumerate(verdicts) if note in NO_DERIVATIVE)
+    return next(notes, len(verdicts))

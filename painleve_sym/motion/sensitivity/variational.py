@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,24 +15,26 @@ from sympy import Expr, Symbol, diff, sympify
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineName, Record
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.codegen.tape import tapes_of_functions
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
 from painleve_sym.motion.arguments import RunArguments, separated
-from painleve_sym.motion.records import EngineOutputs
+from painleve_sym.motion.mechanism_with_laws import Start
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
 from painleve_sym.motion.sensitivity.result import (
     NO_DERIVATIVE,
+    EventMarks,
     EventSensitivity,
+    RunDerivatives,
     SensitiveTrajectory,
     StoredDerivatives,
+    first_without,
     split_outputs,
 )
-from painleve_sym.motion.simulator import Simulator, Start
-from painleve_sym.motion.trajectory import StoredRecord, Trajectory
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
 INITIAL_FORCE = "initial_force"
@@ -40,13 +42,6 @@ INITIAL_FORCE = "initial_force"
 LOOSENING_FACTOR = 100.0
 """Absolute tolerance of derivatives over that of states, each in parts of its size: then steps are
 about a quarter more, and the derivatives of the reference impacts hold nine digits."""
-
-GRAZING = 1e-3
-"""Relative change of a guard's rate, under a change of a direction by the tolerance, from which on
-the event counts as met tangentially: about that is the error of its derivatives then."""
-
-COINCIDENT = 1e-9
-"""Part of the time so far within which two events count as simultaneous."""
 
 _AT_EVENT = (StopReason.UNTIL, StopReason.EVENT_LIMIT, StopReason.ACCUMULATION)
 
@@ -270,12 +265,7 @@ class Directions:
         return SensitiveImpacts(self.functions, names, constants, sizes, scale, tolerance)
 
     def _assembled(
-        self,
-        raw: RawRun,
-        start: Start,
-        sizes: Array,
-        options: RunOptions,
-        notes: Sequence[str],
+        self, raw: RawRun, start: Start, sizes: Array, options: RunOptions, notes: Sequence[str]
     ) -> SensitiveTrajectory:
         sim, functions, engine = self.simulator, self.functions, self.engine
         nx, k, no = len(start.state), len(self.wrt), len(sim.outline.output_names)
@@ -283,7 +273,7 @@ class Directions:
         trajectory = sim.trajectory(self._plain(raw), start, options)
         marks = EventMarks.of(raw, functions, notes)
         verdicts = marks.verdicts(sizes, rtol)
-        singular = _first_without(verdicts)
+        singular = first_without(verdicts)
         valid = math.inf
         if singular < len(verdicts):
             valid = float(marks.time[singular])
@@ -302,7 +292,9 @@ class Directions:
         return SensitiveTrajectory(
             trajectory=trajectory,
             wrt=self.wrt,
-            record=RunDerivatives(self, raw, trajectory, marks, verdicts, sizes, scale),
+            record=RunDerivatives(
+                functions, engine, self.wrt, raw, trajectory, marks, verdicts, sizes, scale
+            ),
             final_jacobian=final,
             final_time_gradient=final_time,
             fixed_time_jacobian=fixed,
@@ -339,176 +331,3 @@ def _event_columns(whole_nx: int, whole_nz: int, nx: int, nz: int) -> Any:
     starts = (0, EVENT_HEAD), (before, nx), (before + whole_nx, nz)
     pairs = (*starts, (after, nx), (after + whole_nx, nz))
     return np.concatenate([np.arange(start, start + count) for start, count in pairs])
-
-
-def _first_without(verdicts: Sequence[tuple[float, str]]) -> int:
-    """Return the index of the first event without a derivative, the number of all where none is."""
-    notes = (i for i, (_, note) in enumerate(verdicts) if note in NO_DERIVATIVE)
-    return next(notes, len(verdicts))
-
-
-@dataclass(frozen=True)
-class EventMarks:
-    """Numbers of an extended run at its n events, with k directions.
-
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        s.
-    slopes : ndarray, shape (n, entries)
-        Derivatives of the states just after, as `VariationalFunctions.packed` lists them.
-    time_gradient, shift : ndarray, shape (n, k)
-        T; dσ by the guard alone.
-    guard, rate, bend : ndarray, shape (n,)
-        The guard and its first two derivatives in time just before.
-    timed : ndarray of bool, shape (n,)
-        Whether the event waited for its guard.
-    notes : tuple of str
-        Those of the events that no transition made, empty for the others.
-    """
-
-    time: Array
-    slopes: Array
-    time_gradient: Array
-    shift: Array
-    guard: Array
-    rate: Array
-    bend: Array
-    timed: Any
-    notes: tuple[str, ...]
-
-    @classmethod
-    def of(cls, raw: RawRun, functions: VariationalFunctions, notes: Sequence[str]) -> EventMarks:
-        """Read the events; `notes` are those of the ones that no transition made, in order."""
-        events, places = raw.event_records, functions.event_entries
-        memory, answered = events.memory_after, events.transition < 0
-        every = [""] * len(answered)
-        if answered.any():
-            # Such an event takes no time, and its entries are those of the event before it.
-            memory = memory.copy()
-            memory[answered, places["shift"].start :] = 0.0
-            given = iter(notes)
-            every = [next(given, "") if own else "" for own in answered.tolist()]
-        guard, rate, bend, timed = (
-            memory[:, places[name].start] for name in ("guard", "rate", "bend", "timed")
-        )
-        return cls(
-            time=events.time,
-            slopes=events.state_after[:, len(functions.automaton.states) :],
-            time_gradient=memory[:, places["time"]],
-            shift=memory[:, places["shift"]],
-            guard=guard,
-            rate=rate,
-            bend=bend,
-            timed=timed != 0,
-            notes=tuple(every),
-        )
-
-    def verdicts(self, sizes: Array, rtol: float) -> list[tuple[float, str]]:
-        """Return condition and note of each event; `sizes` are those of the directions."""
-        if not self.notes:
-            return []
-        with np.errstate(divide="ignore", invalid="ignore"):
-            moved = np.abs(self.shift) * sizes
-            changes = (np.abs(self.bend / self.rate)[:, None] * moved).max(axis=1)
-        bounded = np.isfinite(moved)
-        conditions = np.where(bounded.all(axis=1), changes, np.inf)
-        smooth = np.isfinite(self.slopes).all(axis=1)
-        near = COINCIDENT * np.where(self.time == 0, 1.0, self.time)
-        by_chance = (bounded & (moved > near[:, None])).any(axis=1)
-        by_chance &= np.abs(self.guard) <= near * np.abs(self.rate)
-        columns = (self.notes, self.timed, conditions, smooth, by_chance)
-        verdicts = []
-        for note, timed, condition, regular, chance in zip(
-            *(c if isinstance(c, tuple) else c.tolist() for c in columns), strict=True
-        ):
-            if note:
-                verdicts.append((0.0, note))
-            elif timed and not condition * rtol <= GRAZING:
-                verdicts.append((condition, "grazing"))
-            elif not regular:
-                verdicts.append((condition if timed else 0.0, "singular"))
-            else:
-                verdicts.append((condition, "") if timed else (0.0, "one-sided" if chance else ""))
-        return verdicts
-
-
-@dataclass(frozen=True)
-class RunDerivatives:
-    """Events and extended run of a motion with derivatives, made when they are first asked for.
-
-    `verdicts` are condition and note of each event; `sizes`, shape (k,), are those of directions,
-    `scale`, shape (nx,), is that of states.
-    """
-
-    directions: Directions
-    raw: RawRun
-    trajectory: Trajectory
-    marks: EventMarks
-    verdicts: Sequence[tuple[float, str]]
-    sizes: Array
-    scale: Array
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle what has been read, without simulator and engine."""
-        return StoredDerivatives, (self.events, self.extended)
-
-    @cached_property
-    def events(self) -> tuple[EventSensitivity, ...]:
-        """Derivatives of the events, with what is singular about them named."""
-        marks, functions = self.marks, self.directions.functions
-        n, known = len(self.verdicts), _first_without(self.verdicts)
-        jacobians = np.zeros((n, len(self.scale), len(self.sizes)))
-        rows, columns = functions.entries
-        jacobians[:, rows, columns] = marks.slopes
-        gradients, ranks = marks.time_gradient.copy(), np.full(n, -1)
-        if known:
-            sized = jacobians[:known] * self.sizes / self.scale[:, None]
-            ranks[:known] = np.linalg.matrix_rank(sized, rtol=1e-9)
-        jacobians[known:] = gradients[known:] = np.nan
-        return tuple(
-            EventSensitivity(record, gradient, jacobian, condition, rank, note)
-            for record, gradient, jacobian, rank, (condition, note) in zip(
-                self.trajectory.events,
-                gradients,
-                jacobians,
-                ranks.tolist(),
-                self.verdicts,
-                strict=True,
-            )
-        )
-
-    @cached_property
-    def extended(self) -> Trajectory:
-        """The run of state and derivatives together."""
-        trajectory, raw, wrt = self.trajectory, self.raw, self.directions.wrt
-        functions, engine = self.directions.functions, self.directions.engine
-        rows, columns = functions.entries
-        names = trajectory.state_names
-        slopes = [f"d {names[i]}/d {wrt[k]}" for i, k in zip(rows, columns, strict=True)]
-        outputs = [
-            f"d {kind} {name}/d {w}"  # the gap may be a state and an output
-            for kind, group in (("state", names), ("output", trajectory.output_names))
-            for w in wrt
-            for name in group
-        ]
-        record = StoredRecord.of(trajectory.record)
-        steps = replace(raw.step_records, mode=record.steps.mode)
-        parameters = trajectory.constants[: len(functions.automaton.parameters)]
-        return replace(
-            trajectory,
-            names=replace(
-                trajectory.names,
-                states=(*names, *slopes),
-                memory=tuple(f"memory {i}" for i in range(len(raw.memory))),
-                outputs=(*trajectory.output_names, *outputs),
-            ),
-            record=replace(
-                record,
-                steps=steps,
-                constants=engine.constants(parameters),
-            ),
-            final_state=raw.state,
-            final_memory=raw.memory,
-            evaluator=EngineOutputs(engine, partial(tapes_of_functions, functions)),
-        )

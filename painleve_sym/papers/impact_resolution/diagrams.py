@@ -9,10 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.complementarity import (
-    solve_lemke,
-    solve_mpcc_all,
-)
+from painleve_sym.complementarity import solve_lemke, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
@@ -147,10 +144,7 @@ def compute_diagram(name: str, bench: Workbench) -> Outcome:
         "solutions": [s.normal_force for s in rigid.solutions],
         "step": STEP,
         "over_a_step": over_step,
-        "table": table(
-            ["problem", "method", "normal unknown", "how it ended"],
-            [*given, *stepped],
-        ),
+        "table": table(["problem", "method", "normal unknown", "how it ended"], [*given, *stepped]),
     }
     checks = {"same number and kind of solutions": rigid.case is diagram.case}
     checks |= given_checks | stepped_checks
@@ -186,7 +180,4 @@ def compute_cases(bench: Workbench) -> Outcome:
     )
 
 
-COMPUTE = {
-    "fig-2": compute_cases,
-    **{name: partial(compute_diagram, name) for name in DIAGRAMS},
-}
+COMPUTE = {"fig-2": compute_cases, **{name: partial(compute_diagram, name) for name in DIAGRAMS}}

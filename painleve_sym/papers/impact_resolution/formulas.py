@@ -87,11 +87,7 @@ class Derived:
         m, l, g = (self[n] for n in ("m", "l", "g"))
         body = Body(m, (x.symbol, y.symbol), m * l**2 / 3, theta.symbol)
         system = LagrangianSystem.of_bodies(
-            "rod by its centre",
-            (x, y, theta),
-            self.mechanism.system.parameters,
-            (body,),
-            gravity=g,
+            "rod by its centre", (x, y, theta), self.mechanism.system.parameters, (body,), gravity=g
         )
         end = (x.symbol - l * sp.cos(theta.symbol), y.symbol - l * sp.sin(theta.symbol))
         return Contact.of_point("A", system, end, self["mu"])

@@ -13,7 +13,6 @@ from painleve_sym.mechanics.materials import HERTZ_EXPONENT, materials
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import least_over_directions
 from painleve_sym.motion.finite_stiffness import CONFIGURATIONS, CorrectedJumpRule
-from painleve_sym.motion.law_numbers import values_of_materials
 from painleve_sym.motion.rigidity import contact_durations
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.papers.impact_resolution.claims import SOFT, STIFF
@@ -35,7 +34,7 @@ def _contact(bench: Workbench, name: str) -> tuple[Simulator, dict[str, float]]:
     if name in _PAPER:
         return bench.simulator(), {"E": _PAPER[name]}
     simulator = bench.simulator(exponent=HERTZ_EXPONENT)
-    return simulator, values_of_materials(simulator, name)
+    return simulator, simulator.values_of_materials(name)
 
 
 def _case(bench: Workbench, name: str) -> dict[str, Any]:

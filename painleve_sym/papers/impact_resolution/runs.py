@@ -73,8 +73,7 @@ class Workbench:
         return self.shared(
             ("simulator", reload, exponent),
             lambda: Simulator(
-                self.rod,
-                compliant_law("bilinear-hertz", reload=reload).with_parameters(n=exponent),
+                self.rod, compliant_law("bilinear-hertz", reload=reload).with_parameters(n=exponent)
             ),
         )
 
@@ -141,10 +140,7 @@ MODULI = tuple(float(f"20.9e{p}") for p in range(10, 19))
 LONG = 1.0
 """End time of runs that an event ends; s. No impact here lasts a twentieth of it."""
 
-SLIDING = {
-    SOFT: Case(1, SOFT, 0.018),
-    STIFF: Case(1, STIFF, 1.6e-3),
-}
+SLIDING = {SOFT: Case(1, SOFT, 0.018), STIFF: Case(1, STIFF, 1.6e-3)}
 """Fig. 4; long enough for the forces that the paper reads off."""
 SLIDING_ELASTIC = {
     SOFT: Case(1, SOFT, 0.018, reload="elastic"),

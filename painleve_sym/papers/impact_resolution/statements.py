@@ -117,11 +117,7 @@ def _energies(bench: Workbench, run: Trajectory, t: float) -> dict[str, float]:
     # Momenta of the centre: its energies are p²/(2m), and rotation has the rest.
     mass = kinetic.diff(along, 2)
     sliding, vertical = (kinetic.diff(v) ** 2 / (2 * mass) for v in (along, up))
-    parts = {
-        "sliding": sliding,
-        "vertical": vertical,
-        "rotation": kinetic - sliding - vertical,
-    }
+    parts = {"sliding": sliding, "vertical": vertical, "rotation": kinetic - sliding - vertical}
     state = run.state(t)
     energies = {name: bench.evaluated(part, run, state) for name, part in parts.items()}
     return energies | {"compression": float(run.values("stored_energy", t)[0])}
@@ -177,13 +173,7 @@ def compute_third_period(bench: Workbench) -> Outcome:
         largest = max(abs(v) for v in changes.values())
         computed = f"slips back for the last {lasts:.1e} s"
         panels = (_friction_ratio(run, slip.time, leave.time),)
-    return Outcome(
-        computed,
-        Verdict.of(slip is None),
-        {"largest": largest},
-        data,
-        panels,
-    )
+    return Outcome(computed, Verdict.of(slip is None), {"largest": largest}, data, panels)
 
 
 def _friction_ratio(run: Trajectory, slip: float, leave: float) -> Panel:

@@ -8,13 +8,7 @@ from typing import Any
 import sympy as sp
 
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.motion.law_numbers import compression_of_force
-from painleve_sym.papers.impact_resolution.claims import (
-    CLAIMS,
-    COLUMNS,
-    INITIAL_FORCES,
-    TABLES,
-)
+from painleve_sym.papers.impact_resolution.claims import CLAIMS, COLUMNS, INITIAL_FORCES, TABLES
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, Verdict, table
 
@@ -63,7 +57,7 @@ def compute_forces(number: int, bench: Workbench) -> Outcome:
     for claim in (f for f in INITIAL_FORCES if f.table == number):
         force = _force(bench, claim.modulus, -claim.height.value)
         parameters = bench.simulator().parameters({"E": claim.modulus})
-        height = -compression_of_force(bench.simulator(), claim.force.value, parameters)
+        height = -bench.simulator().compression_of_force(claim.force.value, parameters)
         same &= claim.force.matches(force) and claim.height.matches(height)
         halved = _force(bench, claim.modulus, -claim.height.value, 0.5)
         rows.append([claim.force.value, claim.height.value, force, height, halved])

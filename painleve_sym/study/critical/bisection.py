@@ -195,10 +195,7 @@ class CriticalForceFinder:
         return f"critical force of {self.simulator.where}"
 
     def _start(
-        self,
-        state: Mapping[str, float],
-        parameters: Mapping[str, float] | None,
-        rtol: float,
+        self, state: Mapping[str, float], parameters: Mapping[str, float] | None, rtol: float
     ) -> _Start:
         simulator = self.simulator
         start = simulator.start(simulator.at(state, parameters))

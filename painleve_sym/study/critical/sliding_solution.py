@@ -26,7 +26,6 @@ from painleve_sym.mechanics.paradox.sliding import (
     sliding_field,
     sliding_force_rate,
 )
-from painleve_sym.motion.law_numbers import compression_of_force
 from painleve_sym.motion.simulator import Simulator
 
 SERIES_WITHIN = 0.1
@@ -279,7 +278,7 @@ class SlidingAnalysis:
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
-        depth = compression_of_force(simulator, force, values)
+        depth = simulator.compression_of_force(force, values)
         at_depth = {symbols.A: A, symbols.B: B, symbols.DEPTH: depth}
         local = self._linearised({**point, **at_depth})
         exponent, slope, *rates = map(float, local.reshape(-1))

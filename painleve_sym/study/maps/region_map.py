@@ -361,37 +361,29 @@ def _grids(
     mechanism: Mechanism, place: MapPlace, grid: Mapping[Any, Any], slip: int, engine: str
 ) -> tuple[dict[str, Any], NDArray[np.bool_]]:
     """Return the map's fields on its grid, and whether the contact is open where inside."""
-    contact, flow = mechanism.contact, _flow(mechanism, place, slip)
-    if contact.bilateral:
-        flow += _flow(mechanism, place, -slip)
+    sides = mechanism.contact.sides
+    flow = [rate for side in sides for rate in _flow(mechanism, place, slip * side)]
     at = Delassus.of(mechanism).at_each({s.name: grid[s] for s in place.all_symbols})
     (W_nn, W_nt), W_tt, (B, b_t) = at.W[0], at.W[1, 1], at.b
     A_stick, B_stick, mu = at.A_stick[0], at.B_stick[0], at.mu[0]
     inside = (at.margins > 0).all(axis=0)
     inside &= np.isfinite([W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu]).all(axis=0)
     with np.errstate(all="ignore"):
-        A = rounded_difference(W_nn, slip * mu * W_nt)
+        A, *pull = (rounded_difference(W_nn, slip * side * mu * W_nt) for side in sides)
         force = -B_stick / A_stick
-        size = np.abs(force) if contact.bilateral else force
+        size = np.max([side * force for side in sides], axis=0)
         reserve = mu * W_tt * size - np.abs(W_nt * force + b_t)
-        sticks = (
-            inside
-            & (A_stick > SINGULAR * W_nn)
-            & ((force > 0) | contact.bilateral)
-            & (reserve >= 0)
-        )
-        A_pull = rounded_difference(W_nn, -slip * mu * W_nt) if contact.bilateral else None
-    case = opening_case(A, B) if A_pull is None else bilateral_case(A, A_pull, B)
+        sticks = inside & (A_stick > SINGULAR * W_nn) & ((size > 0) | bool(pull)) & (reserve >= 0)
+    case = bilateral_case(A, pull[0], B) if pull else opening_case(A, B)
     case = np.where(inside, case, LEGEND["outside"]).astype(np.int8)
     fields = {"A": A, "B": B, "A_stick": A_stick, "B_stick": B_stick}
     grids: dict[str, Any] = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
     grids |= {"case": case, "stick_feasible": sticks, "flow": None}
-    grids["A_pull"] = None if A_pull is None else np.where(inside, A_pull, np.nan)
+    grids["A_pull"] = np.where(inside, pull[0], np.nan) if pull else None
     if flow:
         rates = Pointwise(flow, place.all_symbols, engine=engine)(grid)
-        if contact.bilateral:
-            # Where there is one solution, F_n has the sign of −B.
-            rates = np.where(B <= 0, rates[:2], rates[2:])
+        # Where there is one solution, F_n has the sign of −B.
+        rates = np.where(B <= 0, rates[:2], rates[-2:])
         grids["flow"] = np.where(case == LEGEND["slip"], rates, np.nan)
     is_open = (np.abs(at.gap) > at.gap_tolerance) | (np.abs(at.gap_rate) > at.rate_tolerance)
     return grids, is_open[0][inside]

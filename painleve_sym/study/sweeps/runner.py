@@ -14,11 +14,7 @@ from painleve_sym.study.sweeps.sweep import Columns, Sweep
 
 
 def sweep(
-    source: str | Path,
-    out: str | Path,
-    *,
-    threads: int | None = None,
-    cluster: str | None = None,
+    source: str | Path, out: str | Path, *, threads: int | None = None, cluster: str | None = None
 ) -> dict[str, Any]:
     """Run or resume the sweep that a TOML file describes; see `run_sweep`.
 
@@ -48,11 +44,7 @@ def sweep(
 
 
 def run_sweep(
-    sweep: Sweep,
-    out: Path,
-    *,
-    threads: int | None = None,
-    cluster: str | None = None,
+    sweep: Sweep, out: Path, *, threads: int | None = None, cluster: str | None = None
 ) -> dict[str, Any]:
     """Compute every chunk that is not written yet, write the result and return its summary.
 

@@ -26,13 +26,13 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-import painleve_sym
 from painleve_sym.codegen.compile import find_compiler, flags
 from painleve_sym.errors import CompilerMissing, InputError, PainleveError, PainleveWarning
 from painleve_sym.files import no_link, write_beside
 from painleve_sym.mechanics.definition import SYMPY_VERSION
 from painleve_sym.motion.energy_balance import batch_notices, open_from
 from painleve_sym.study.sweeps.sweep import FORMATS, Columns, Sweep
+from painleve_sym.version import __version__
 
 FORMAT = "painleve-sym sweep 1"
 MANIFEST = "manifest.json"
@@ -65,7 +65,7 @@ def attributes(sweep: Sweep) -> dict[str, str]:
     """
     engine = sweep.simulator.integrator
     versions = {
-        "painleve_sym": painleve_sym.__version__,
+        "painleve_sym": __version__,
         "python": ".".join(map(str, sys.version_info[:3])),
         "numpy": np.__version__,
         "scipy": scipy.__version__,
