@@ -21,8 +21,8 @@ from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.files import finite, to_plain
 from painleve_sym.study.compare import comparison as study
+from painleve_sym.study.compare.case import Answer
 from painleve_sym.study.compare.comparison import Comparison
-from painleve_sym.study.compare.methods import Answer
 
 _OPEN = "open or closing, so there is no contact problem of accelerations"
 

@@ -7,7 +7,9 @@ The slip v_t = v (cos φ, sin φ) is followed by its speed and angle,
 so that slip that stops does so where v crosses 0, as in the plane. There φ' has no limit of its
 own: while v falls to 0 the slip turns to a direction with e⊥·a = 0, ever faster, and steps shrink
 with v. The turning is therefore divided by √(v² + v₀²) with a `turning_speed` v₀ far below every
-speed of the motion: a slip slower than v₀ turns to that direction at a finite rate.
+speed of the motion: a slip slower than v₀ turns to that direction at a finite rate. Slip that
+begins out of stick grows from 0 with the square of time, and a v₀ a hundred times as large costs
+no digit there.
 
 A contact without slip needs the friction −g, g = W_tt⁺ (F_n w + b_t), to stick, and does where
 |g| ≤ μ F_n. Else slip begins, along g at first, from where it turns within v₀ to the one direction
@@ -62,6 +64,10 @@ _NN, _N1, _N2, _11, _12, _22, _H11, _H12, _H22, _BN, _B1, _B2, _MU, _TURNING, _U
 _W = sp.Matrix([[_NN, _N1, _N2], [_N1, _11, _12], [_N2, _12, _22]])
 _B = sp.Matrix([_BN, _B1, _B2])
 _HELD = sp.Matrix([[_H11, _H12], [_H12, _H22]])
+_TURNS_BELOW = sp.Symbol("turns_below", real=True)
+"""Memory: the turning speed v₀ of this slip; m/s."""
+_BEGINS_BELOW = 100
+"""v₀ of a slip that begins out of stick, by that of others."""
 _SET_IN = sp.Float("1e-100")
 """Force by which a contact without force is decided, as just after it sets in; N."""
 
@@ -103,7 +109,7 @@ class FrozenSpatialContact:
                 *(_GAP, _RATE, _V1, _V2, _SPEED, _ANGLE),
                 *(*_IMPULSES, FRICTION_WORK, CONTACT_WORK),
             ),
-            memory=self.law.memory,
+            memory=(*self.law.memory, _TURNS_BELOW),
             parameters=(*sp.symbols(COEFFICIENTS, real=True), *self._law_symbols),
             definitions=dict(self.law.definitions),
             modes=(*flights, *rubs),
@@ -149,7 +155,7 @@ class FrozenSpatialContact:
         if rub == SLIP:
             c, s = _direction()
             field[_SPEED] = c * along[0] + s * along[1]
-            field[_ANGLE] = (c * along[1] - s * along[0]) / sp.sqrt(_SPEED**2 + _TURNING**2)
+            field[_ANGLE] = (c * along[1] - s * along[0]) / sp.sqrt(_SPEED**2 + _TURNS_BELOW**2)
             field[FRICTION_WORK] = _MU * forces[0] * _SPEED
         source = name.partition("/")[2] or name
         changes = [self._change(rub, c) for c in self._interface.changes if c.source == source]
@@ -172,6 +178,7 @@ class FrozenSpatialContact:
             needed = _needed(force + _SET_IN)
             along = [moves * v + (1 - moves) * g for v, g in zip((_V1, _V2), needed, strict=True)]
             reset |= {_SPEED: sp.sqrt(square), _ANGLE: sp.atan2(along[1], along[0])}
+            reset[_TURNS_BELOW] = _TURNING
             choices = (Choice(f"{SLIP}/{branch.name}", positive(square)), *_at_rest(branch, force))
         else:
             flies = change.target in FLIGHTS
@@ -180,16 +187,17 @@ class FrozenSpatialContact:
         return Transition(change.label, change.kind, change.guard, choices, reset)
 
     def _slip_stop(self, branch: Branch, force: sp.Expr) -> Transition:
-        still = dict.fromkeys((_SPEED, _V1, _V2), sp.Integer(0))
+        still: Reset = dict.fromkeys((_SPEED, _V1, _V2), sp.Integer(0))
         choices, kind = _at_rest(branch, force), EventKind.SLIP_STOP
-        reset = still | _begins(force + _SET_IN)
+        reset = {**still, **_begins(force + _SET_IN), _TURNS_BELOW: _TURNING}
         return Transition("slip_stop", kind, _SPEED, choices, reset)
 
     def _slip_start(self, branch: Branch, force: sp.Expr) -> Transition:
         choices = (Choice(f"{SLIP}/{branch.name}", departs=("slip_stop",)),)
         # At the end of a contact F_n and what friction can bear vanish together.
         margin = _UNRESOLVED**2 - _beyond(force)
-        return Transition("slip_start", EventKind.SLIP_START, margin, choices, _begins(force))
+        reset = {**_begins(force), _TURNS_BELOW: _BEGINS_BELOW * _TURNING}
+        return Transition("slip_start", EventKind.SLIP_START, margin, choices, reset)
 
 
 def _direction() -> sp.Matrix:
