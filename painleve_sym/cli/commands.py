@@ -469,6 +469,8 @@ command(
     "contrast",
     "compare all methods from one initial state",
     *CASE,
+    CONTACT_VELOCITY,
+    *ROBOT_OF_CASE,
     RESTITUTION,
     text(
         "--steps",
@@ -485,18 +487,26 @@ command(
     text(
         "--solvers",
         "NAME,...",
-        "of time stepping: least-impulse, largest-impulse, lemke, mpcc",
+        "of time stepping: least-impulse, largest-impulse, lemke, mpcc; in space the first two",
         read_names,
     ),
-    text("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2", SECONDS),
+    text(
+        "--t-end",
+        "TIME",
+        "when the velocities are compared, s, by default 1e-2; in space the latest end",
+        SECONDS,
+    ),
     PICTURE,
     *look(),
     JSON,
     details=(
         "The least-impulse, largest-impulse and first solvers enumerate every solution of a\n"
         "step; lemke and mpcc end at one.\n\n"
+        "In space the configuration is frozen: one step each, and compliant motion up to\n"
+        "where the contact opens.\n\n"
         "CASE is a mechanism or a scenario file, of which model, state, parameters, t_end\n"
-        "and restitution are used."
+        "and restitution are used, contact, close, contact_velocity and robot."
+        + ROBOT_CASE.replace("painleve jump", "painleve contrast")
     ),
 )
 

@@ -169,21 +169,18 @@ class FrozenSpatialContact:
 
     def _change(self, rub: str | None, change: BranchChange) -> Transition:
         """Return a change of branch or flight."""
-        reset, choices = dict(change.reset), ()
-        if change.closes:
-            branch = self.law.branch(change.target)
-            force = self._interface.of_state(branch.force)
-            square = _V1**2 + _V2**2
-            moves = sp.Heaviside(square, 0)
-            needed = _needed(force + _SET_IN)
-            along = [moves * v + (1 - moves) * g for v, g in zip((_V1, _V2), needed, strict=True)]
-            reset |= {_SPEED: sp.sqrt(square), _ANGLE: sp.atan2(along[1], along[0])}
-            reset[_TURNS_BELOW] = _TURNING
-            choices = (Choice(f"{SLIP}/{branch.name}", positive(square)), *_at_rest(branch, force))
-        else:
+        if not change.closes:
             flies = change.target in FLIGHTS
             target = change.target if flies else f"{rub}/{change.target}"
-            choices = (Choice(target, departs=change.back),)
+            kept = (Choice(target, departs=change.back),)
+            return Transition(change.label, change.kind, change.guard, kept, change.reset)
+        branch = self.law.branch(change.target)
+        force, square = self._interface.of_state(branch.force), _V1**2 + _V2**2
+        moves, needed = sp.Heaviside(square, 0), _needed(force + _SET_IN)
+        one, two = (moves * v + (1 - moves) * g for v, g in zip((_V1, _V2), needed, strict=True))
+        lands = {_SPEED: sp.sqrt(square), _ANGLE: sp.atan2(two, one), _TURNS_BELOW: _TURNING}
+        slips = Choice(f"{SLIP}/{branch.name}", positive(square))
+        choices, reset = (slips, *_at_rest(branch, force)), {**change.reset, **lands}
         return Transition(change.label, change.kind, change.guard, choices, reset)
 
     def _slip_stop(self, branch: Branch, force: sp.Expr) -> Transition:

@@ -29,7 +29,7 @@ UNRESOLVED = 1e-12
 MAX_EVENTS = 64
 """Of a motion: an impact has a few, a contact that is held oscillates without end."""
 MAX_STEPS = 500
-"""Of a motion of which the course is recorded: of more, every so many."""
+"""Of a motion, about as many as are kept of its course."""
 _IDLE = 0.01
 """Where nothing presses: the part that counts of what the energy can compress."""
 _POINTS = 8
@@ -197,7 +197,7 @@ class FrozenSpatialSolver:
     def _motion(self, raw: RawRun, given: Array) -> FrozenSpatialMotion:
         outline, steps, events = self.integrator.outline, raw.step_records, raw.event_records
         place = {name: i for i, name in enumerate(outline.state_names)}
-        # Slip that begins or stops takes thousands of steps, of which every so many are kept.
+        # Slip that begins or stops takes thousands of steps, of which a part is kept.
         every = np.arange(0, len(steps.time), 1 + len(steps.time) // MAX_STEPS)
         u = np.linspace(0.0, 1.0, _POINTS + 1)
         count = len(u)

@@ -128,7 +128,7 @@ class Case(ABC):
 
     @property
     def where(self) -> str:
-        """What error messages call it."""
+        """Its name in error messages."""
         return f"contrast of {self.mechanism.name!r}"
 
     @cached_property

@@ -128,8 +128,8 @@ class SpatialCase(Case):
 
     def stepping(self, steps: Sequence[float], solvers: Sequence[str]) -> list[Answer]:
         """Return the answers of one step of each length."""
-        found = {first.step: first.solutions for first in self.first_steps(steps)}
-        return [self._stepped(solver, h, found[h]) for solver in solvers for h in steps]
+        solutions = {h: self._step(h).solutions() for h in steps}
+        return [self._stepped(solver, h, solutions[h]) for solver in solvers for h in steps]
 
     def _stepped(self, solver: str, h: float, solutions: Sequence[SpatialSolution]) -> Answer:
         if not solutions:
