@@ -110,6 +110,7 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
         },
         "plastic_jump_unnoticed": comparison.plastic_jump_unnoticed,
         "solver_dependent": comparison.solver_dependent,
+        **({"steps_miss_turn": comparison.steps_miss_turn} if comparison.in_space else {}),
     }
 
 
@@ -223,10 +224,10 @@ def _show_in_space(comparison: Comparison, units: dict[str, str]) -> None:
     _show_accelerations(comparison)
     _show_first_steps(comparison)
     show()
-    show("contact after the impact: velocities in m/s, impulse P_n in N s, time in s, force in N")
+    show("contact after the impact: velocities in m/s, P_n in N s, time in s, largest force in N")
     rigid = _distinct(comparison.rigid)
     answers = [*rigid, *comparison.stepping, *comparison.softened]
-    head = ("method", "setting", "v_n", "v_t1", "v_t2", "P_n", "time", "peak force", "error")
+    head = ("method", "setting", "v_n", "v_t1", "v_t2", "P_n", "time", "force", "error")
     show_table(head, map(_contact_row, answers), left=(0, 1), indent=0)
     _show_early([a for a in answers if not a.complete], units)
     show("error: relative distance to the rigid answer it tends to, by kinetic energy")
@@ -408,6 +409,12 @@ def _show_findings(comparison: Comparison) -> None:
         )
         steps = ", ".join(number(h) for h in dict.fromkeys(a.setting for a in comparison.stepping))
         show(f"The answer of time stepping depends on the solver (h = {steps} s): {listed}.")
+    if comparison.steps_miss_turn:
+        least = min(a.error for a in comparison.stepping if math.isfinite(a.error))
+        show(
+            "A time step has the friction of its last slip. In the impact the slip turns, so that "
+            f"no step, however short, comes nearer to the jump than about {number(least, 2)}."
+        )
     if comparison.impact_without_collision:
         show("Compliant motion tends to the rigid jump with e: the compression stores the energy.")
     if comparison.jams:

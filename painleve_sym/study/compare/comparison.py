@@ -33,6 +33,8 @@ STIFFNESS = (20.9e12, 20.9e14, 20.9e16)
 """Young's moduli; Pa. The middle one is the paper's."""
 T_END = 1e-2
 """s. The default stiffest and softest impacts of the paper's rod end well before."""
+_NO_ORDER = 0.1
+"""Order of errors that do not fall."""
 ROUND_OFF = 1e-9
 """Relative errors below this are those of the reference, integrated at 1e-11: no order in them."""
 
@@ -137,6 +139,16 @@ class Comparison:
             if taken and max(taken) - min(taken) > 1e-6 * max(map(abs, taken)):
                 return True
         return False
+
+    @cached_property
+    def steps_miss_turn(self) -> bool:
+        """Whether a time step in space differs from the jump however short it is.
+
+        Its friction is that of the slip velocity after the step, that of the impact turns with the
+        slip: errors that do not fall with the step are the difference.
+        """
+        last = [orders[-1] for orders in self.step_orders.values() if orders]
+        return self.in_space and any(abs(order) < _NO_ORDER for order in last)
 
     @cached_property
     def plastic_jump_unnoticed(self) -> bool:
