@@ -252,10 +252,11 @@ def _contact_row(answer: Answer) -> list[str]:
     return [
         _name(answer),
         _marked(answer),
-        *(number(v, 5, size) for v in speeds),
+        number(speeds[0], 5, size),
+        *(number(v, 4, size) for v in speeds[1:]),
         number(answer.normal_impulse, 5),
         number(answer.final_time, 4),
-        number(answer.peak_force, 5) if math.isfinite(answer.peak_force) else "",
+        number(answer.peak_force, 4) if math.isfinite(answer.peak_force) else "",
         number(answer.error, 2) if math.isfinite(answer.error) else "",
     ]
 
