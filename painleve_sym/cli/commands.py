@@ -206,7 +206,8 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
 
 Other keys: title, material, contact, close, contact_velocity, robot,
 initial_force, engine, rtol, max_steps, max_events, samples, restitution, rule.
-One file serves classify, simulate and jump; each takes the keys it needs.
+One file serves classify, simulate, jump and contrast; each takes the keys it
+needs.
 Options override the file, --state, --set and --law-set entry by entry; another
 --law drops the law parameters of the file. Without a state the mechanism's own
 start is taken."""
@@ -504,8 +505,8 @@ command(
         "step; lemke and mpcc end at one.\n\n"
         "In space the configuration is frozen: one step each, and compliant motion up to\n"
         "where the contact opens.\n\n"
-        "CASE is a mechanism or a scenario file, of which model, state, parameters, t_end\n"
-        "and restitution are used, contact, close, contact_velocity and robot."
+        "CASE is a mechanism or a scenario file, of which model, state, parameters, t_end,\n"
+        "restitution, contact, close, contact_velocity and robot are used."
         + ROBOT_CASE.replace("painleve jump", "painleve contrast")
     ),
 )

@@ -34,7 +34,7 @@ def test_slip_in_a_plane_has_the_rigid_answers_of_the_planar_rod(table_3):
 
 
 def test_slip_in_a_plane_has_the_errors_of_the_planar_rod(table_3):
-    """The planar motions go on to one time, and their configuration moves, as little as E is."""
+    """The planar motions last up to one time, and their configuration moves, as little as E is."""
     planar = compare("rod", TABLE_3, solvers=("lemke",), steps=(1e-3,))
     for ours, theirs in zip(table_3.softened, planar.softened, strict=True):
         assert ours.error == pytest.approx(theirs.error, rel=0.07)
@@ -91,7 +91,7 @@ COLLISION = TABLE_3 | {"y_A_dot": 0.6, "psi_dot": 2.0, "z_A_dot": -0.1}
 
 
 def test_collision_tends_with_the_duration_of_the_impact():
-    """What the jump drops is the impulse of b over a duration ∝ E^(−1/(n+1))."""
+    """The impulse of b that the jump drops lasts a duration ∝ E^(−1/(n+1))."""
     comparison = compare("rod-3d", COLLISION)
     assert comparison.acceleration_level is None
     assert comparison.stiffness_orders == pytest.approx([-0.4, -0.4], abs=1e-3)
