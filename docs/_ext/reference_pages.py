@@ -245,7 +245,11 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     ),
     "critical": (f"critical rod --state {TABLE_4} --gradient mu",),
     "sweep": ("sweep {folder}/sweep.toml --out {folder}/sweep.npz",),
-    "contrast": (f"contrast rod --state {TABLE_3}",),
+    "contrast": (
+        f"contrast rod --state {TABLE_3}",
+        f"contrast rod-3d --state {TABLE_3}",
+        f"contrast {ROBOT}",
+    ),
     "fit": ("fit examples/studies/fit/force.csv rod --state theta=1,theta_dot=1,x_A_dot=-1,"
             "y_A_dot=-0.02 --law bilinear-hertz --estimate mu",),
     "robot": ("robot examples/robots/quadruped.urdf --contact LF_foot --pose standing --mu 2 "

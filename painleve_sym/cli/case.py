@@ -22,7 +22,7 @@ _OPTIONS = (
     *("restitution", "rule", "material", "contact", "close", "contact_velocity", "law"),
 )
 """Options that give a field of the scenario."""
-_OF_ROBOTS = ("classify", "jump")
+_OF_ROBOTS = ("classify", "jump", "contrast")
 """Commands that take the contact of a robot."""
 
 
@@ -77,7 +77,7 @@ def _base(case: str, command: str) -> Scenario:
         raise InputError(
             f"{command}: {unknown_name('model', case, NAMED)} "
             "Fix: name one of these, or a mechanism or scenario file ending in .toml, or for "
-            "classify and jump the file of a robot."
+            "classify, jump and contrast the file of a robot."
         )
     return Scenario(model=case, where=f"{command} {case}")
 

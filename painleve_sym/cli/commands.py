@@ -206,7 +206,8 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
 
 Other keys: title, material, contact, close, contact_velocity, robot,
 initial_force, engine, rtol, max_steps, max_events, samples, restitution, rule.
-One file serves classify, simulate and jump; each takes the keys it needs.
+One file serves classify, simulate, jump and contrast; each takes the keys it
+needs.
 Options override the file, --state, --set and --law-set entry by entry; another
 --law drops the law parameters of the file. Without a state the mechanism's own
 start is taken."""
@@ -469,6 +470,8 @@ command(
     "contrast",
     "compare all methods from one initial state",
     *CASE,
+    CONTACT_VELOCITY,
+    *ROBOT_OF_CASE,
     RESTITUTION,
     text(
         "--steps",
@@ -485,18 +488,26 @@ command(
     text(
         "--solvers",
         "NAME,...",
-        "of time stepping: least-impulse, largest-impulse, lemke, mpcc",
+        "of time stepping: least-impulse, largest-impulse, lemke, mpcc; in space the first two",
         read_names,
     ),
-    text("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2", SECONDS),
+    text(
+        "--t-end",
+        "TIME",
+        "when the velocities are compared, s, by default 1e-2; in space the latest end",
+        SECONDS,
+    ),
     PICTURE,
     *look(),
     JSON,
     details=(
         "The least-impulse, largest-impulse and first solvers enumerate every solution of a\n"
         "step; lemke and mpcc end at one.\n\n"
-        "CASE is a mechanism or a scenario file, of which model, state, parameters, t_end\n"
-        "and restitution are used."
+        "In space the configuration is frozen: one step each, and compliant motion up to\n"
+        "where the contact opens.\n\n"
+        "CASE is a mechanism or a scenario file, of which model, state, parameters, t_end,\n"
+        "restitution, contact, close, contact_velocity and robot are used."
+        + ROBOT_CASE.replace("painleve jump", "painleve contrast")
     ),
 )
 

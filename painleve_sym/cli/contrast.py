@@ -6,23 +6,30 @@ import argparse
 import math
 from typing import Any
 
+import numpy as np
+
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import figure_file, read_look
 from painleve_sym.cli.output import (
     assignments,
     draw,
+    notices_data,
     number,
     print_json,
     quantity,
     show,
+    show_notices,
     show_table,
 )
+from painleve_sym.cli.run import show_case
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactCase, ContactSolution
+from painleve_sym.contacts.spatial_problem import SpatialSolution
 from painleve_sym.files import finite, to_plain
 from painleve_sym.study.compare import comparison as study
+from painleve_sym.study.compare.case import Answer
 from painleve_sym.study.compare.comparison import Comparison
-from painleve_sym.study.compare.methods import Answer
 
 _OPEN = "open or closing, so there is no contact problem of accelerations"
 
@@ -41,10 +48,17 @@ def contrast(arguments: argparse.Namespace) -> int:
     )
     if out is not None:
         draw("contrast_figure", out, look, comparison)
+    notices = scenario.contact_notices
     if arguments.json:
-        print_json(contrast_data(comparison) | ({} if out is None else {"files": {"out": out}}))
+        files = {} if out is None else {"files": {"out": out}}
+        print_json(contrast_data(comparison) | notices_data(notices) | files)
         return 0
-    _show(comparison, mechanism.state_units)
+    if comparison.in_space:
+        show_case(mechanism, scenario, comparison.parameters)
+        _show_in_space(comparison, mechanism.state_units)
+    else:
+        _show(comparison, mechanism.state_units)
+    show_notices(notices)
     if out is not None:
         show(f"drawn: {out}")
     return 0
@@ -57,6 +71,7 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
     """Return plain data with the documented keys."""
     return {
         "mechanism": comparison.mechanism,
+        "in_space": comparison.in_space,
         "state": comparison.state,
         "parameters": comparison.parameters,
         "restitution": comparison.e,
@@ -65,15 +80,7 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
         "velocity_level": [
             {
                 "step": first.step,
-                "solutions": [
-                    {
-                        "mode": s.mode.value,
-                        "normal_impulse": s.normal_force,
-                        "tangential_impulse": s.tangential_force,
-                        "slip_velocity": s.tangential_acceleration,
-                    }
-                    for s in first.solutions
-                ],
+                "solutions": [_step_data(s) for s in first.solutions],
             }
             for first in comparison.first_steps
         ],
@@ -103,6 +110,22 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
         },
         "plastic_jump_unnoticed": comparison.plastic_jump_unnoticed,
         "solver_dependent": comparison.solver_dependent,
+        **({"steps_miss_turn": comparison.steps_miss_turn} if comparison.in_space else {}),
+    }
+
+
+def _step_data(solution: ContactSolution | SpatialSolution) -> dict[str, Any]:
+    if isinstance(solution, SpatialSolution):
+        normal, *tangential = solution.force.tolist()
+        slip: Any = solution.acceleration[1:].tolist()
+    else:
+        normal, tangential = solution.normal_force, solution.tangential_force
+        slip = solution.tangential_acceleration
+    return {
+        "mode": solution.mode.value,
+        "normal_impulse": normal,
+        "tangential_impulse": tangential,
+        "slip_velocity": slip,
     }
 
 
@@ -110,10 +133,13 @@ def _acceleration_data(comparison: Comparison) -> dict[str, Any] | None:
     level = comparison.acceleration_level
     if level is None:
         return None
-    data = level.classification.to_dict()
+    whole = level.classification.to_dict()
+    data = {key: whole[key] for key in ("A", "B", "case", "solutions")}
+    if level.lemke is None or level.mpcc is None:
+        return data
     solution = level.lemke.solution
     return {
-        **{key: data[key] for key in ("A", "B", "case", "solutions")},
+        **data,
         "lemke": {
             "status": level.lemke.status.label,
             "normal_force": None if solution is None else float(solution.z[0]),
@@ -131,12 +157,22 @@ def _motion_data(answer: Answer) -> dict[str, Any]:
         "events": [{"time": time, "kind": kind} for time, kind in answer.events],
         "stop_reason": answer.stop_reason.label,
         "stop_detail": answer.stop_detail,
+        "complete": answer.complete,
         "time": answer.final_time,
         "state": answer.state,
         "velocity": answer.velocity,
         "normal_impulse": answer.normal_impulse,
+        **(_in_space_data(answer) if answer.impulse else {}),
         **({"reference": answer.reference or None} if answer.method != "rigid" else {}),
         **({"error": finite(answer.error)} if answer.method != "rigid" else {}),
+    }
+
+
+def _in_space_data(answer: Answer) -> dict[str, Any]:
+    _, *tangential = answer.impulse
+    return {
+        "tangential_impulse": tangential,
+        "contact_velocity": answer.contact_velocities[-1].tolist(),
     }
 
 
@@ -181,17 +217,68 @@ def _show(comparison: Comparison, units: dict[str, str]) -> None:
     _show_findings(comparison)
 
 
-def _row(answer: Answer, names: list[str]) -> list[str]:
-    setting = _setting(answer)
-    if not answer.complete:
-        setting = f"{setting or answer.stop_reason.label} *"
+def _show_in_space(comparison: Comparison, units: dict[str, str]) -> None:
+    """Print the answers at a contact in space: the contact first, then all velocities."""
+    show(f"e = {number(comparison.e)}; the configuration, and so W and b, is frozen")
+    show()
+    _show_accelerations(comparison)
+    _show_first_steps(comparison)
+    show()
+    show("contact after the impact: velocities in m/s, P_n in N s, time in s, largest force in N")
+    rigid = _distinct(comparison.rigid)
+    answers = [*rigid, *comparison.stepping, *comparison.softened]
+    head = ("method", "setting", "v_n", "v_t1", "v_t2", "P_n", "time", "force", "error")
+    show_table(head, map(_contact_row, answers), left=(0, 1), indent=0)
+    _show_early([a for a in answers if not a.complete], units)
+    show("error: relative distance to the rigid answer it tends to, by kinetic energy")
+    ends = [*rigid, *comparison.softened[-1:]]
+    if rigid:
+        show()
+        show("all velocities")
+        rows = [
+            (f"{n} [{unit}]", number(comparison.state[n]), *(_short(a.velocity[n]) for a in ends))
+            for n, unit in ((n, units[n]) for n in rigid[0].velocity)
+        ]
+        named = [_name(a) if a.method == "rigid" else _setting(a) for a in ends]
+        show_table(("", "before", *named), rows)
+    show()
+    _show_orders(comparison)
+    _show_findings(comparison)
+
+
+def _contact_row(answer: Answer) -> list[str]:
+    speeds = answer.contact_velocities[-1].tolist()
+    size = float(np.abs(answer.contact_velocities).max())
     return [
         _name(answer),
-        setting,
+        _marked(answer),
+        number(speeds[0], 5, size),
+        *(number(v, 4, size) for v in speeds[1:]),
+        number(answer.normal_impulse, 5),
+        number(answer.final_time, 4),
+        number(answer.peak_force, 4) if math.isfinite(answer.peak_force) else "",
+        number(answer.error, 2) if math.isfinite(answer.error) else "",
+    ]
+
+
+def _short(value: float) -> str:
+    return number(_clean(value), 5)
+
+
+def _row(answer: Answer, names: list[str]) -> list[str]:
+    return [
+        _name(answer),
+        _marked(answer),
         *(number(_clean(answer.velocity[n]), 5) for n in names),
         number(answer.normal_impulse, 5),
         number(answer.error, 2) if math.isfinite(answer.error) else "",
     ]
+
+
+def _marked(answer: Answer) -> str:
+    """Return the setting, or why a rigid motion ended; with a star where it ended early."""
+    setting = _setting(answer)
+    return setting if answer.complete else f"{setting or answer.stop_reason.label} *"
 
 
 def _clean(value: float) -> float:
@@ -241,11 +328,10 @@ def _show_accelerations(comparison: Comparison) -> None:
     if level is None:
         show(f"accelerations: the contact is {_OPEN}")
         return
-    listed = ", ".join(
-        f"{s.mode.value} with F_n = {number(s.normal_force)} N"
-        for s in level.classification.solutions
-    )
+    listed = ", ".join(map(_force, level.classification.solutions))
     show(f"accelerations: {level.classification.case.value}; solutions: {listed or 'none'}")
+    if level.lemke is None or level.mpcc is None:
+        return
     solution = level.lemke.solution
     lemke = "" if solution is None else f", F_n = {number(float(solution.z[0]))} N"
     forces = sorted(float(r.z[0]) for r in level.mpcc.solutions)
@@ -259,10 +345,23 @@ def _show_accelerations(comparison: Comparison) -> None:
 
 def _show_first_steps(comparison: Comparison) -> None:
     for first in comparison.first_steps:
-        listed = ", ".join(
-            f"{s.mode.value} with P_n = {number(s.normal_force)} N s" for s in first.solutions
-        )
+        listed = ", ".join(map(_impulse, first.solutions))
         show(f"velocities after one step of {number(first.step)} s: {listed or 'none'}")
+
+
+def _force(solution: ContactSolution | SpatialSolution) -> str:
+    normal = float(np.ravel(solution.forces)[0])
+    return f"{solution.mode.value} with F_n = {number(normal)} N"
+
+
+def _impulse(solution: ContactSolution | SpatialSolution) -> str:
+    normal = float(np.ravel(solution.forces)[0])
+    text = f"{solution.mode.value} with P_n = {number(normal)} N s"
+    if isinstance(solution, SpatialSolution) and solution.mode is not ContactMode.STICK:
+        size = float(np.abs(solution.acceleration).max())
+        slips = ", ".join(number(v, size=size) for v in solution.acceleration[1:].tolist())
+        text += f" and slip ({slips}) m/s"
+    return text
 
 
 def _show_jumps(comparison: Comparison, units: dict[str, str]) -> None:
@@ -311,6 +410,12 @@ def _show_findings(comparison: Comparison) -> None:
         )
         steps = ", ".join(number(h) for h in dict.fromkeys(a.setting for a in comparison.stepping))
         show(f"The answer of time stepping depends on the solver (h = {steps} s): {listed}.")
+    if comparison.steps_miss_turn:
+        least = min(a.error for a in comparison.stepping if math.isfinite(a.error))
+        show(
+            "A time step has the friction of its last slip. In the impact the slip turns, so that "
+            f"no step, however short, comes nearer to the jump than about {number(least, 2)}."
+        )
     if comparison.impact_without_collision:
         show("Compliant motion tends to the rigid jump with e: the compression stores the energy.")
     if comparison.jams:

@@ -1,4 +1,4 @@
-"""The options that say which contact of a robot is meant, of `robot`, `classify` and `jump`."""
+"""The options that say which contact of a robot is meant, of `robot` and of cases."""
 
 from __future__ import annotations
 

@@ -50,7 +50,8 @@ def model(name: str | Path, **parameters: Value) -> Mechanism:
     if is_robot_file(name):
         raise InputError(
             f"mechanism: got {name}, the file of a robot, which has no formulas. "
-            "Fix: use robot, classify or jump with --contact, in Python robot(path).contact(frame)."
+            "Fix: use robot, classify, jump or contrast with --contact, in Python "
+            "robot(path).contact(frame)."
         )
     if name.endswith(".toml"):
         from painleve_sym.mechanics.toml.mechanism_file import load_mechanism

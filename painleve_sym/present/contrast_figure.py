@@ -19,8 +19,8 @@ from painleve_sym.present.style import (
     styled,
 )
 from painleve_sym.quantities import axis_label, number_latex, text_label
+from painleve_sym.study.compare.case import Answer
 from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
-from painleve_sym.study.compare.methods import Answer
 
 # Colour, symbol and size of a solver: open symbols that fit into each other where answers agree.
 _SOLVERS: dict[str, tuple[str, str, float]] = {
@@ -32,6 +32,8 @@ _SOLVERS: dict[str, tuple[str, str, float]] = {
 }
 _SOFTENED = PALETTE[2]
 _TITLES = ("normal velocity", "slip velocity", "time stepping", "compliant motion")
+_ENDS = ("+", "x", "o", "s", "D")
+"""Marks of the ends of rigid jumps in space: lift-off, three laws, plastic."""
 ASIDE = 1.22
 """Ratio of the places of two points beside each other, where methods agree on one point."""
 _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
@@ -42,12 +44,18 @@ _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
 def contrast_figure(comparison: Comparison, width: float | None = None) -> Figure:
     """Return the figure: normal and slip velocity over time, error over step and over stiffness.
 
+    In space the time is a part of the impact's duration, and the slip velocity is drawn in the
+    plane of its tangents; of rigid jumps only the ends are drawn.
+
     The width is in inches, by default that of a page. Equal errors stand side by side.
     """
     figure, panels = panel_grid(4, width, 2.1)
     normal, slip, steps, stiffness = panels
-    _draw_motion(normal, comparison, 0)
-    _draw_motion(slip, comparison, 1)
+    if comparison.in_space:
+        _draw_impacts(normal, slip, comparison)
+    else:
+        _draw_motion(normal, comparison, 0)
+        _draw_motion(slip, comparison, 1)
     _draw_errors(steps, comparison.stepping, text_label("step $h$", "s"), 1.0)
     expected = comparison.expected_stiffness_order
     _draw_errors(stiffness, comparison.softened, text_label("modulus $E$", "Pa"), expected)
@@ -85,6 +93,30 @@ def _draw_motion(axes: Axes, comparison: Comparison, column: int) -> None:
     axes.axhline(0, color=REFERENCE, linewidth=0.5, zorder=0)
     axes.set_xlabel(axis_label("t", "ms"))
     axes.set_ylabel(axis_label((r"\dot{g}_N", "v_t")[column], "m/s"))
+
+
+def _draw_impacts(normal: Axes, slip: Axes, comparison: Comparison) -> None:
+    """Draw the velocities of impacts in space: rigid jumps by their ends alone."""
+    marks = iter(_ENDS)
+    for answer, label, look in _lines(comparison):
+        v_n, along, across = answer.contact_velocities.T
+        if answer.method == "rigid":
+            symbol = {"marker": next(marks), "markersize": 6.5, "markerfacecolor": "none"}
+            look = {"color": look["color"], "linestyle": "none", "clip_on": False, "zorder": 3}
+            v_n, along, across, times = v_n[-1:], along[-1:], across[-1:], np.ones(1)
+            look |= symbol
+        else:
+            times = answer.times / answer.final_time
+        normal.plot(times, v_n, label=label, **look)
+        slip.plot(along, across, **look)
+    for solver in dict.fromkeys(a.way for a in comparison.stepping):
+        normal.plot([], [], label=f"{solver}, one step", linestyle="none", **_symbol(solver))
+    normal.axhline(0, color=REFERENCE, linewidth=0.5, zorder=0)
+    normal.set_xlabel("part of the duration")
+    normal.set_ylabel(axis_label(r"\dot{g}_N", "m/s"))
+    slip.set_aspect("equal", adjustable="datalim")
+    slip.set_xlabel(axis_label("v_{t1}", "m/s"))
+    slip.set_ylabel(axis_label("v_{t2}", "m/s"))
 
 
 def _agree(one: Answer, other: Answer) -> bool:

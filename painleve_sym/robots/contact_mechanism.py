@@ -1,4 +1,4 @@
-"""The contact of a robot as a mechanism, which `classify` and `jump` take like any other."""
+"""The contact of a robot as a mechanism, for `classify`, `jump` and `contrast`."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def refuse(name: str) -> NoReturn:
     """Raise InputError: a robot has no formulas."""
     raise InputError(
         f"robot {name!r}: its contact has numbers in space but no formulas, which are needed here. "
-        "Fix: use robot, classify or jump."
+        "Fix: use robot, classify, jump or contrast."
     )
 
 

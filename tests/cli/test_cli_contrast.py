@@ -135,3 +135,88 @@ def test_no_restitution_compares_with_the_plastic_jump(capsys):
     assert data["restitution"] == 0
     assert {row["stop_reason"] for row in data["softened"]} == {"accumulation"}
     assert all(abs(row["velocity"]["y_A_dot"]) < 1e-6 for row in data["softened"])
+
+
+# ---- in space ----
+
+FOOT = (
+    *("contrast", ROOT / "examples/robots/quadruped.urdf", "--contact", "LF_foot"),
+    *("--pose", "standing", "--set", "mu=2", "--contact-velocity", "0,1,0"),
+)
+
+
+def test_contact_in_space_as_json(capsys):
+    data = run_json(capsys, "contrast", "rod-3d", "--state", TABLE_3)
+    assert data["in_space"] is True and data["steps_miss_turn"] is False
+    level = data["acceleration_level"]
+    assert (level["case"], level["solutions"]) == ("inconsistent", []) and "lemke" not in level
+    (solution,) = data["velocity_level"][0]["solutions"]
+    assert solution["mode"] == "stick" and solution["slip_velocity"] == [0, 0]
+    assert len(solution["tangential_impulse"]) == 2
+    ways = [a["way"] for a in data["rigid"]["motions"]]
+    assert ways == ["energetic", "poisson", "newton", "plastic"]
+    assert data["rigid"]["motions"][0]["contact_velocity"] == pytest.approx(
+        [0.05247, 0, 0], abs=5e-6
+    )
+    assert [s["step"] for s in data["stepping"]] == [1e-3, 1e-4, 1e-5] * 2
+    softened = data["softened"][-1]
+    assert (softened["complete"], softened["reference"]) == (True, "energetic")
+    assert softened["velocity"]["theta_dot"] == pytest.approx(1.609, abs=1e-3)
+
+
+def test_contact_of_a_robot_as_text_and_figure(capsys, tmp_path):
+    file = tmp_path / "foot.svg"
+    code, out, err = run(capsys, *FOOT, "--out", file)
+    assert (code, err) == (0, "")
+    rows = [line.split() for line in out.splitlines()]
+    (energetic,) = (row for row in rows if row[:1] == ["energetic"])
+    assert energetic == ["energetic", "0.19438", "0", "0", "0.33644", "0"]
+    (knee,) = (row for row in rows if row[:1] == ["LF_KFE_dot"])
+    assert knee[2:4] == ["0.221989", "-1.3311"]
+    said = " ".join(out.split())
+    assert "the configuration, and so W and b, is frozen" in said
+    assert "Time stepping meets no paradox" in said and "tends to the rigid jump" in said
+    assert "ideal torque control" in said
+    assert all(len(line) <= 100 for line in out.splitlines())
+    drawn = file.read_text()
+    assert "part of the duration" in drawn and "least-impulse, one step" in drawn
+
+
+def test_slip_that_turns_is_told(capsys):
+    state = f"{TABLE_3},y_A_dot=0.6,z_A_dot=-1"
+    code, out, _ = run(capsys, "contrast", "rod-3d", "--state", state, "--set", "mu=0.3")
+    assert code == 0
+    assert "no step, however short, comes nearer to the jump than about 0.027" in " ".join(
+        out.split()
+    )
+
+
+def test_scenario_of_a_robot(capsys, tmp_path):
+    robot = ROOT / "examples/robots/quadruped.urdf"
+    file = tmp_path / "foot.toml"
+    file.write_text(
+        f'model = "{robot}"\ncontact = "LF_foot"\ncontact_velocity = [0, 1, 0]\n'
+        'restitution = 0.5\nparameters = { mu = 2.0 }\n[robot]\npose = "standing"\n'
+    )
+    data = run_json(capsys, "contrast", file, "--stiffness", "20.9e14", "--steps", "1e-4")
+    assert data["restitution"] == 0.5
+    assert data["rigid"]["jump"]["e"]["velocity"]["LF_KFE_dot"] == pytest.approx(-0.8874, abs=1e-4)
+    assert "ideal torque control" in " ".join(data["notices"])
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (("rod-3d", "--state", "theta=1,z_A=0.1"), "starts above the ground"),
+        (("rod-3d", "--state", TABLE_3, "--solvers", "mpcc"), "unknown solver 'mpcc'"),
+        (("rod-3d", "--state", TABLE_3, "--contact-velocity", "0,1"), "need 3 finite numbers"),
+        (FOOT[1:4], "mu: missing"),
+        (FOOT[1:2], "no contact"),
+        (("rod", "--state", TABLE_3, "--pose", "standing"), "need the file of a robot"),
+    ],
+)
+def test_faults_in_space_are_one_sentence(capsys, call, words):
+    code, out, err = run(capsys, "contrast", *call)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert err.count("\n") == 1

@@ -207,7 +207,7 @@ radius = "1 cm"
         (("jump", *PLACE, *SLIP, "--close", "base_z"), "numbers in space but no formulas"),
         (("jump", "rod", "--pose", "standing"), "got pose with the mechanism 'rod'"),
         (("classify", *PLACE, "--contact-velocity=-1,0,0"), "normal velocity -1 m/s, need 0"),
-        (("contrast", *PLACE[:3], "--set", "mu=2"), "Fix: use robot, classify or jump"),
+        (("contrast", *PLACE, *SLIP, "--solvers", "lemke"), "unknown solver 'lemke'"),
         (("derive", DOG), "the file of a robot, which has no formulas"),
         (("simulate", DOG, "--law", "hertz"), "the file of a robot, which has no formulas"),
         (("classify", "absent.urdf", "--contact", "foot"), "No such file"),

@@ -243,7 +243,7 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     refuse_outside(place, at.margins)
     if mechanism.outline.in_space:
         refuse_without_surface(place, at)
-    velocity = _contact_velocity(mechanism, values, at, moves)
+    velocity = contact_velocity_at(mechanism, values, at, moves)
     v_n, *v_t = velocity
     if v_n > 0:
         raise InputError(
@@ -274,7 +274,7 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     return JumpResult(mechanism.name, law.name, slip, phases, energy, *own)
 
 
-def _contact_velocity(
+def contact_velocity_at(
     mechanism: Mechanism, values: Values, at: ContactNumbers, moves: MotionNumbers
 ) -> list[float]:
     """Return v_n and v_t, each exactly 0 where it is only the rounding of its terms."""

@@ -18,12 +18,13 @@ from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.inputs import inside
-from painleve_sym.contacts.problem import ContactCase, ContactSolution
+from painleve_sym.contacts.inputs import inside, place_of
+from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.motion.time_stepping.stepping import TimeStepper
-from painleve_sym.study.compare.methods import AccelerationLevel, Answer, Case
+from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
+from painleve_sym.study.compare.in_space import SpatialCase
+from painleve_sym.study.compare.planar import PlanarCase
 from painleve_sym.units import Value
 
 STEPS_TO_END = (10, 100, 1000)
@@ -32,20 +33,10 @@ STIFFNESS = (20.9e12, 20.9e14, 20.9e16)
 """Young's moduli; Pa. The middle one is the paper's."""
 T_END = 1e-2
 """s. The default stiffest and softest impacts of the paper's rod end well before."""
-CONTRAST_SOLVERS = ("least-impulse", "largest-impulse", "lemke", "mpcc")
+_NO_ORDER = 0.1
+"""Order of errors that do not fall."""
 ROUND_OFF = 1e-9
 """Relative errors below this are those of the reference, integrated at 1e-11: no order in them."""
-
-
-@dataclass(frozen=True)
-class FirstStep:
-    """The velocity-level problem of the first step, s, with all its solutions.
-
-    Their forces are impulses, N s, and their accelerations velocities after the step, m/s.
-    """
-
-    step: float
-    solutions: tuple[ContactSolution, ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -68,6 +59,10 @@ class Comparison:
     rigid, stepping, softened : tuple of Answer
     exponent : float
         n of the contact law.
+    in_space : bool
+        Whether the contact is in space. Then the configuration is frozen, and the answers are those
+        of an impact: rigid jumps by all rules, one time step of each length, and compliant motion
+        up to where the contact opens. There is no Lemke and no relaxation.
 
     Examples
     --------
@@ -92,6 +87,7 @@ class Comparison:
     stepping: tuple[Answer, ...]
     softened: tuple[Answer, ...]
     exponent: float
+    in_space: bool = False
 
     @cached_property
     def step_orders(self) -> dict[str, tuple[float, ...]]:
@@ -112,8 +108,15 @@ class Comparison:
 
     @property
     def expected_stiffness_order(self) -> float:
-        """−1/(2n), of an impact without collision; nan elsewhere, and where it jams."""
-        return -1 / (2 * self.exponent) if self.impact_without_collision else float("nan")
+        """−1/(2n), of an impact without collision; nan elsewhere, and where it jams.
+
+        In space, where the configuration is frozen, −1/(n + 1) of an impact with an approach: what
+        the jump drops is the impulse of b over the duration of the impact.
+        """
+        if self.impact_without_collision:
+            return -1 / (2 * self.exponent)
+        collides = self.in_space and self.acceleration_level is None and self.jumps
+        return -1 / (self.exponent + 1) if collides and not self.jams else float("nan")
 
     @property
     def impact_without_collision(self) -> bool:
@@ -138,6 +141,16 @@ class Comparison:
         return False
 
     @cached_property
+    def steps_miss_turn(self) -> bool:
+        """Whether a time step in space differs from the jump however short it is.
+
+        Its friction is that of the slip velocity after the step, that of the impact turns with the
+        slip: errors that do not fall with the step are the difference.
+        """
+        last = [orders[-1] for orders in self.step_orders.values() if orders]
+        return self.in_space and any(abs(order) < _NO_ORDER for order in last)
+
+    @cached_property
     def plastic_jump_unnoticed(self) -> bool:
         """Whether accelerations have no solution, and every first step one: to rest in contact."""
         level = self.acceleration_level
@@ -151,24 +164,30 @@ class Comparison:
 
 def compare(
     mechanism: MechanismLike,
-    state: Mapping[str, Value],
+    state: Mapping[str, Value] | None = None,
     *,
     parameters: Mapping[str, Value] | None = None,
     e: float = 0.75,
     steps: Sequence[Value] | None = None,
     stiffness: Sequence[Value] = STIFFNESS,
     t_end: Value = T_END,
-    solvers: Sequence[str] = CONTRAST_SOLVERS,
+    solvers: Sequence[str] | None = None,
     engine: EngineLike = EngineName.AUTO,
+    close: str | None = None,
+    contact_velocity: Sequence[float] | None = None,
 ) -> Comparison:
     """Ask every method what follows from one state.
+
+    In space the configuration is frozen, so that W and b are those of the state: the answers are
+    those of an impact, not of motions up to a time; see `Comparison`.
 
     Parameters
     ----------
     mechanism : Mechanism, or its name, or the path of a mechanism file
-        With one contact that can open.
+        With one contact that can open; in space closed. `RobotContact.mechanism` is one.
     state, parameters : mapping of str to float
-        Absent coordinates and velocities are 0, absent parameters have their defaults.
+        Absent coordinates and velocities are 0, absent parameters have their defaults. The
+        mechanism's `start` where no state is given.
     e : float
         In [0, 1]: energetic for rigid and compliant motion, Newton's for rigid motion and stepping.
     steps : sequence of float, optional
@@ -176,15 +195,17 @@ def compare(
     stiffness : sequence of float
         Young's moduli E > 0 of the paper's contact law; Pa.
     t_end : float
-        When the velocities are compared; s.
-    solvers : sequence of str
-        Of the time steps; names in `SOLVERS`.
+        When the velocities are compared, in space by when a compliant impact must have ended; s.
+    solvers : sequence of str, optional
+        Of the time steps; names in `SOLVERS`, in space ``least-impulse`` and ``largest-impulse``.
     engine : {"auto", "compiled", "taylor", "erk"}
+    close, contact_velocity
+        As for `evaluate_jump`.
 
     Raises
     ------
     InputError
-        Unknown names, numbers out of range, a start inside the ground.
+        Unknown names, numbers out of range, a start inside the ground, in space an open contact.
 
     Examples
     --------
@@ -197,16 +218,18 @@ def compare(
     mechanism = as_mechanism(mechanism)
     where = f"contrast of {mechanism.name!r}"
     t_end = number(t_end, "t_end", where=where, unit="s", above=0.0)
-    case = _case(mechanism, state, parameters, e, t_end, engine)
-    stepper = TimeStepper(mechanism)
+    _refuse(mechanism)
+    place = place_of(mechanism, state, parameters, close, contact_velocity)
+    of = SpatialCase if mechanism.outline.in_space else PlanarCase
+    case: Case = of(inside(place), e, t_end, engine)
     steps = [t_end / n for n in STEPS_TO_END] if steps is None else steps
     times = _in_si(where, "steps", steps, "s")
     moduli = _in_si(where, "stiffness", stiffness, "Pa")[::-1]
-    solvers = list(dict.fromkeys(solvers))
-    case.check(times, moduli, solvers, stepper)
+    solvers = list(dict.fromkeys(case.contrasted if solvers is None else solvers))
+    case.check(times, moduli, solvers)
     level = case.acceleration_level()
     rigid = case.rigid_answers(level)
-    stepped = groupby(case.stepping(stepper, times, solvers), lambda a: a.way)
+    stepped = groupby(case.stepping(times, solvers), lambda a: a.way)
     softened, exponent = case.softened_answers(moduli)
     return Comparison(
         mechanism=mechanism.name,
@@ -216,11 +239,12 @@ def compare(
         t_end=t_end,
         acceleration_level=level,
         jumps=case.jumps(),
-        first_steps=_first_steps(stepper, case, times),
+        first_steps=case.first_steps(times),
         rigid=tuple(rigid),
         stepping=tuple(a for _, way in stepped for a in case.measured(list(way), rigid)),
         softened=tuple(case.measured(softened, rigid)),
         exponent=exponent,
+        in_space=mechanism.outline.in_space,
     )
 
 
@@ -229,15 +253,9 @@ def _in_si(where: str, name: str, values: Sequence[Value], unit: str) -> list[fl
     return sorted({number(v, name, where=where, unit=unit) for v in values}, reverse=True)
 
 
-def _case(
-    mechanism: Mechanism,
-    state: Mapping[str, Value],
-    parameters: Mapping[str, Value] | None,
-    e: float,
-    t_end: float,
-    engine: EngineLike,
-) -> Case:
-    names = [contact.name for contact in mechanism.contacts]
+def _refuse(mechanism: Mechanism) -> None:
+    """Raise InputError for several contacts, and for one that cannot open."""
+    names = [contact.name for contact in mechanism.outline.contacts]
     if len(names) > 1:
         raise InputError(
             f"contrast of {mechanism.name!r}: got {len(names)} contacts, need one, since time "
@@ -245,23 +263,12 @@ def _case(
             f"{', '.join(map(repr, names))} (--contact, Mechanism.only; the others stay open), or "
             "use classify and simulate."
         )
-    if mechanism.contact.bilateral:
+    if mechanism.outline.contacts[0].bilateral:
         raise InputError(
             f"contrast of {mechanism.name!r}: its contact is bilateral, and stepping, relaxation "
             "and compliant motion need one that can open. Fix: use classify, jump and "
             "simulate --law rigid."
         )
-    return Case(inside(mechanism.at(state, parameters)), e, t_end, engine)
-
-
-def _first_steps(stepper: TimeStepper, case: Case, steps: Sequence[float]) -> tuple[FirstStep, ...]:
-    first_steps = []
-    for h in steps:
-        state, parameters = case.place.state, case.place.parameters
-        problem = stepper.first_problem(state, h, e_newton=case.e, parameters=parameters)
-        if problem is not None:
-            first_steps.append(FirstStep(h, problem.solutions()))
-    return tuple(first_steps)
 
 
 def _orders(answers: list[Answer]) -> tuple[float, ...]:

@@ -1,38 +1,33 @@
-"""The answers that each method gives for one state; `contrast` puts them side by side."""
+"""The answers of each method for a state of a planar contact."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.choices import EngineLike, Policy, Restitution
+from painleve_sym.choices import Policy, Restitution
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.complementarity.lcp import LCPSolution
-from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
-from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
-from painleve_sym.contacts.classify import Classification, planar_classification
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
+from painleve_sym.complementarity.lemke import solve_lemke
+from painleve_sym.complementarity.mpcc import solve_mpcc_all
+from painleve_sym.contacts.classify import planar_classification
 from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
 from painleve_sym.contacts.problem import ContactCase
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import compliant_law
-from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import ParameterSet
-from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.motion.singular_limit import SingularLimit
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
 from painleve_sym.motion.time_stepping.stepping import SteppingRun, TimeStepper
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
 
+CONTRASTED = ("least-impulse", "largest-impulse", "lemke", "mpcc")
 RULES = (Restitution.ENERGETIC, Restitution.NEWTON)
 SINGLE = ("lemke", "mpcc")
 """Solvers that end at one solution; the others enumerate all and choose."""
@@ -43,90 +38,19 @@ MPCC_SOLVES = 12
 
 
 @dataclass(frozen=True)
-class AccelerationLevel:
-    """The contact problem of the state itself, solved three ways."""
+class PlanarCase(Case):
+    """A planar contact: rigid, stepped and compliant motions up to the end time."""
 
-    classification: Classification
-    lemke: LemkeResult[LCPSolution]
-    mpcc: MPCCSurvey
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Result of one method: ``rigid``, ``stepping`` or ``softened``.
-
-    `way` is the restitution rule and policy, the solver, or the contact law; `setting` the step in
-    s or Young's modulus in Pa, nan for a rigid motion. `stop_detail` says in words why it ended.
-    State and velocities are those at `final_time`, before the end time where the motion ended
-    early.
-
-    `normal_impulse` is ∫F_n dt and the impulses of impacts up to then; of an impact that jams, up
-    to where its impulse begins to grow without end; N s. `peak_force` is nan where forces are not
-    distinguished from impulses; N. Events are times and kinds; time stepping has none.
-    `contact_velocities` are ġ_N and v_t at `times`.
-
-    Of time stepping alone are the number of solutions and the impulse of the first step (−1 and nan
-    elsewhere), and what the contact does in it: open, liftoff, slip or stick; else empty. `limit`
-    is of a rigid motion that ended where its slip meets A = 0: where it would arrive.
-
-    `reference` is the rigid motion nearest to the finest answer of this way: of the energetic rule
-    for compliant motion, of Newton's for time stepping; empty for a rigid motion and for one that
-    ended early. `error` is the distance to it in the metric of the kinetic energy, relative to the
-    largest of the speeds of the start, of the rigid motion and of what its P_n alone would give,
-    √W_nn P_n; else nan.
-    """
-
-    method: str
-    way: str
-    setting: float
-    stop_reason: StopReason
-    stop_detail: str
-    final_time: float
-    state: dict[str, float]
-    velocity: dict[str, float]
-    normal_impulse: float
-    peak_force: float
-    events: tuple[tuple[float, str], ...]
-    times: Array = field(repr=False)
-    contact_velocities: Array = field(repr=False)
-    solutions_first_step: int = -1
-    first_impulse: float = float("nan")
-    first_mode: str = ""
-    limit: SingularLimit | None = None
-    reference: str = ""
-    error: float = float("nan")
-
-    @property
-    def complete(self) -> bool:
-        """Whether it reached the end time."""
-        return self.stop_reason is StopReason.T_END
-
-    def same_end(self, other: Answer) -> bool:
-        """Whether both end at one time, for one reason, with the same state."""
-        ends = [(a.final_time, a.stop_reason, a.state) for a in (self, other)]
-        return ends[0] == ends[1]
-
-
-@dataclass(frozen=True)
-class Case:
-    """One state with its parameters, complete and checked."""
-
-    place: Place
-    e: float
-    t_end: float
-    engine: EngineLike
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism."""
-        return self.place.mechanism
+    solvers = SOLVERS
+    contrasted = CONTRASTED
 
     @cached_property
-    def closed_at_rest(self) -> tuple[bool, bool]:
-        """Whether the gap of the start is 0, and whether its normal velocity is."""
-        at = Delassus.of(self.mechanism).at(self.place.values)
-        closed = abs(at.gap) <= at.gap_tolerance, abs(at.gap_rate) <= at.rate_tolerance
-        return bool(closed[0].all()), bool(closed[1].all())
+    def _stepper(self) -> TimeStepper:
+        return TimeStepper(self.mechanism)
+
+    def check_step(self, step: float) -> None:
+        """Raise InputError for a step that is longer than the motion, or not positive."""
+        self._stepper.check(step, self.t_end)
 
     @cached_property
     def contact_velocities(self) -> Array:
@@ -134,35 +58,7 @@ class Case:
         contact = self.mechanism.contact
         return numbers([contact.gap_rate, contact.slip_velocity], self.place.values)
 
-    @cached_property
-    def velocities(self) -> tuple[str, ...]:
-        """Names of the velocities."""
-        return tuple(s.name for s in self.mechanism.system.q_dot)
-
-    def check(
-        self,
-        steps: Sequence[float],
-        stiffness: Sequence[float],
-        solvers: Sequence[str],
-        stepper: TimeStepper,
-    ) -> None:
-        """Raise InputError for whatever cannot be used, before anything is computed."""
-        where = f"contrast of {self.mechanism.name!r}"
-        e = restitution_law(RULES[0]).parameter
-        ParameterSet(e).values(where, {e.name: self.e})
-        for name, values in (("steps", steps), ("stiffness", stiffness), ("solvers", solvers)):
-            if not values:
-                raise InputError(f"{where}: {name}: got none, need at least one.")
-        for solver in solvers:
-            if solver not in SOLVERS:
-                raise InputError(f"{where}: {unknown_name('solver', solver, SOLVERS)}")
-        for step in steps:
-            stepper.check(step, self.t_end)
-        young = next(p for p in compliant_law("bilinear-hertz").parameters if p.name == "E")
-        for value in stiffness:
-            ParameterSet(young).values(f"{where}: stiffness", {"E": value})
-
-    # ---- accelerations and jumps ----
+    # ---- accelerations ----
 
     def acceleration_level(self) -> AccelerationLevel | None:
         """Return the contact problem of the state, solved; None where there is none."""
@@ -172,20 +68,16 @@ class Case:
         lcp = classification.problem.lcp()
         return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
-    def jumps(self) -> dict[str, JumpResult]:
-        """Return the energetic jump with e and with 0; nothing where the state is not an impact."""
-        if not self.closed_at_rest[0]:
-            return {}
-        jumps = {}
-        for name, e in (("e", self.e), ("plastic", 0.0)):
-            try:
-                given = {**self.place.parameters, "e_energetic": e}
-                jumps[name] = evaluate_jump(
-                    self.mechanism, "energetic", self.place.state, parameters=given
-                )
-            except InputError:  # the state is not an impact: the contact problem says what it is
-                return {}
-        return jumps
+    def first_steps(self, steps: Sequence[float]) -> tuple[FirstStep, ...]:
+        """Return the first time steps in which the contact is closed, solved."""
+        first_steps, parameters = [], self.place.parameters
+        for h in steps:
+            problem = self._stepper.first_problem(
+                self.place.state, h, e_newton=self.e, parameters=parameters
+            )
+            if problem is not None:
+                first_steps.append(FirstStep(h, problem.solutions()))
+        return tuple(first_steps)
 
     # ---- motions ----
 
@@ -235,6 +127,7 @@ class Case:
             setting=setting,
             stop_reason=run.stop_reason,
             stop_detail=run.stop_detail,
+            complete=run.stop_reason is StopReason.T_END,
             final_time=run.final_time,
             state={n: run.final[n] for n in self.place.state},
             velocity={n: run.final[n] for n in self.velocities},
@@ -246,9 +139,7 @@ class Case:
             limit=run.limit,
         )
 
-    def stepping(
-        self, stepper: TimeStepper, steps: Sequence[float], solvers: Sequence[str]
-    ) -> list[Answer]:
+    def stepping(self, steps: Sequence[float], solvers: Sequence[str]) -> list[Answer]:
         """Return the answers of each solver, from the longest step to the shortest."""
         enumerated: dict[float, SteppingRun] = {}
         answers = []
@@ -259,7 +150,7 @@ class Case:
                     options: dict[str, Any] = (
                         {"max_solves": MPCC_SOLVES} if solver == "mpcc" else {}
                     )
-                    run = stepper.run(
+                    run = self._stepper.run(
                         self.place.state,
                         step=h,
                         t_end=self.t_end,
@@ -281,6 +172,7 @@ class Case:
             setting=run.step,
             stop_reason=run.stop_reason,
             stop_detail=run.stop_detail,
+            complete=run.stop_reason is StopReason.T_END,
             final_time=float(run.times[-1]),
             state=run.final,
             velocity={n: run.final[n] for n in self.velocities},
@@ -306,20 +198,6 @@ class Case:
 
     # ---- the ruler ----
 
-    def measured(self, answers: Sequence[Answer], rigid: Sequence[Answer]) -> list[Answer]:
-        """Return the answers of one way with their distance to the rigid motion they tend to."""
-        complete = [a for a in answers if a.complete]
-        rule = "energetic" if complete and complete[0].method == "softened" else "newton"
-        known = [r for r in rigid if r.complete and r.way.startswith(rule)]
-        if not (complete and known):
-            return list(answers)
-        # The last answer is the finest.
-        nearest = min(known, key=lambda r: self._distance(complete[-1], r))
-        done = [
-            replace(a, reference=nearest.way, error=self._distance(a, nearest)) for a in answers
-        ]
-        return [b if a.complete else a for a, b in zip(answers, done, strict=True)]
-
     @cached_property
     def mass(self) -> Array:
         """M at the start, shape (n, n)."""
@@ -331,8 +209,9 @@ class Case:
         """W_nn at the start; 1/kg."""
         return float(numbers([self.mechanism.coefficients.W_nn], self.place.values)[0])
 
-    def _distance(self, a: Answer, rigid: Answer) -> float:
-        ends = [np.array([x.velocity[n] for n in self.velocities]) for x in (a, rigid)]
+    def distance(self, answer: Answer, rigid: Answer) -> float:
+        """Return the distance by kinetic energy, relative to the largest speed; see `Answer`."""
+        ends = [np.array([x.velocity[n] for n in self.velocities]) for x in (answer, rigid)]
         begin = np.array([self.place.state[n] for n in self.velocities])
         # Beyond 1e154 m/s an energy has no number, and neither has the distance: inf or nan.
         with np.errstate(over="ignore", invalid="ignore"):
