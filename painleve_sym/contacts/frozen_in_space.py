@@ -28,8 +28,8 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.contacts.compliant import BranchChange, CompliantInterface
-from painleve_sym.contacts.contact_states import CONTACT_WORK, FRICTION_WORK, ContactRow
-from painleve_sym.contacts.interfaces import FLIGHTS
+from painleve_sym.contacts.contact_states import CONTACT_WORK, FRICTION_WORK
+from painleve_sym.contacts.interfaces import FLIGHTS, ContactRow
 from painleve_sym.contacts.model import FLIGHT, MOTION
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
