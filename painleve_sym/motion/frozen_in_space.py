@@ -183,7 +183,7 @@ class FrozenSpatialSolver:
     def _scales(
         self, W: Array, b: Array, v: Array, law: Mapping[str, float]
     ) -> tuple[Array, float, float]:
-        """Return the scales of the states, as of a planar contact, of speeds, m/s, and of forces, N.
+        """Return the scales of the states, as in the plane, of speeds, m/s, and of forces, N.
 
         A speed counts by that of the start, or by what b gives while the contact is compressed.
         """
