@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -156,15 +157,17 @@ class FrozenSpatialSolver:
         of_law = ParameterSet(*self.law.parameters).values(where, parameters)
         # A contact in space that moves along one line has a W_tt of rank one.
         held = np.linalg.pinv(W[1:, 1:], hermitian=True)
-        speed = float(np.linalg.norm(v)) or float(np.linalg.norm(b)) * t_end or 1.0
         rows, upper = np.triu_indices(3), np.triu_indices(2)
-        of_contact = (*W[rows], *held[upper], *b, mu, TURNING * speed, 0.0)
+        of_contact = (*W[rows], *held[upper], *b, mu, 0.0, 0.0)
         values = {**dict(zip(COEFFICIENTS, of_contact, strict=True)), **of_law}
         names = self.integrator.outline
         given = np.array([values[name] for name in names.parameter_names])
         law = dict(zip(names.constant_names, self.integrator.constants(given), strict=True))
-        scales, force = self._scales(W, b, speed, law)
-        given[names.parameter_names.index(COEFFICIENTS[-1])] = UNRESOLVED * force
+        scales, speed, force = self._scales(W, b, v, law)
+        for name, value in zip(
+            COEFFICIENTS[-2:], (TURNING * speed, UNRESOLVED * force), strict=True
+        ):
+            given[names.parameter_names.index(name)] = value
         start = np.zeros(len(scales))
         start[1:4] = v
         options = RunOptions(
@@ -178,21 +181,26 @@ class FrozenSpatialSolver:
         return self._motion(raw, given)
 
     def _scales(
-        self, W: Array, b: Array, speed: float, law: Mapping[str, float]
-    ) -> tuple[Array, float]:
-        """Return the scale of each state, as of a planar contact, and that of the forces, N."""
+        self, W: Array, b: Array, v: Array, law: Mapping[str, float]
+    ) -> tuple[Array, float, float]:
+        """Return the scales of the states, as in the plane, of speeds, m/s, and of forces, N.
+
+        A speed counts by that of the start, or by what b gives while the contact is compressed.
+        """
         from painleve_sym.codegen.evaluate import numbers
 
         K, n = (float(numbers([x], law)[0]) for x in (self.law.stiffness, self.law.exponent))
-        energy, pressed = speed**2 / (2 * W[0, 0]), abs(b[0]) / W[0, 0]
-        impact = ((n + 1) * energy / K) ** (1 / (n + 1))
-        depth, rate = _IDLE * impact, _IDLE * speed
+        speed, pressed = float(np.linalg.norm(v)), float(abs(b[0]) / W[0, 0])
+        impact = ((n + 1) * speed**2 / (2 * W[0, 0] * K)) ** (1 / (n + 1))
+        depth, rate, time = _IDLE * impact, _IDLE * speed, impact / (speed or 1.0)
         if pressed > 0:
             depth = (pressed / K) ** (1 / n)
-            rate = float(np.sqrt(depth * abs(b[0])))
-        impulse = speed / float(np.trace(W))
-        scales = [depth, rate, speed, speed, speed, 1.0, *[impulse] * 3, energy, energy]
-        return np.array(scales), K * impact**n + pressed
+            rate, time = math.sqrt(depth * abs(b[0])), math.sqrt(depth / abs(b[0]))
+        speed = max(speed, float(np.linalg.norm(b)) * time) or 1.0
+        energy, impulse = speed**2 / (2 * W[0, 0]), speed / float(np.trace(W))
+        # Without motion and load nothing happens, on any scale.
+        scales = [depth or 1.0, rate or 1.0, *[speed] * 3, 1.0, *[impulse] * 3, energy, energy]
+        return np.array(scales), speed, K * impact**n + pressed
 
     def _motion(self, raw: RawRun, given: Array) -> FrozenSpatialMotion:
         outline, steps, events = self.integrator.outline, raw.step_records, raw.event_records

@@ -199,6 +199,16 @@ def test_slip_that_begins_in_a_soft_contact_is_that_of_smooth_friction(solver):
     assert motion.velocity == pytest.approx(y[1:], abs=1e-4)
 
 
+@pytest.mark.parametrize("engine", ["compiled", "erk"])
+def test_engines_agree(solver, engine):
+    b, v = [-9.8, 1.0, 2.0], [0.0, -0.5, 0.9]
+    taylor = solver(TURNS, b, 2.4, v, t_end=1.0)
+    other = FrozenSpatialSolver(LAW, engine)(TURNS, b, 2.4, v, t_end=1.0)
+    assert _kinds(other) == _kinds(taylor)
+    assert other.impulse == pytest.approx(taylor.impulse, rel=1e-10)
+    assert other.peak_force == pytest.approx(taylor.peak_force, rel=1e-9)
+
+
 def test_contact_that_nothing_presses_opens(solver):
     motion = solver(TURNS, [9.8, 0, 0], 2.4, [0, -0.5, 0.9], t_end=1e-2)
     assert motion.stop_reason is StopReason.T_END

@@ -85,6 +85,16 @@ def test_several_solutions_are_all_there():
     assert comparison.rigid[0].way == "liftoff"
     (softened,) = comparison.softened
     assert (softened.reference, softened.error, softened.normal_impulse) == ("liftoff", 0, 0)
+    assert softened.complete and softened.stop_reason is StopReason.T_END
+
+
+def test_no_restitution_ends_with_the_compression():
+    comparison = compare("rod-3d", TABLE_3, e=0.0)
+    for answer in comparison.softened:
+        assert answer.complete and answer.stop_reason is StopReason.UNTIL
+        assert answer.contact_velocities[-1] == pytest.approx([0, 0, 0], abs=1e-12)
+    assert [r.normal_impulse for r in comparison.rigid] == pytest.approx([0.340986535] * 4)
+    assert comparison.stiffness_orders == pytest.approx([-1 / 3] * 2, abs=0.08)
 
 
 COLLISION = TABLE_3 | {"y_A_dot": 0.6, "psi_dot": 2.0, "z_A_dot": -0.1}

@@ -134,7 +134,7 @@ class SpatialCase(Case):
     def _stepped(self, solver: str, h: float, solutions: Sequence[SpatialSolution]) -> Answer:
         if not solutions:
             none, end = np.zeros(3), StopReason.NO_MODE
-            return self._answer("stepping", solver, h, 0.0, none, end, detail=_NO_STEP)
+            return self._answer("stepping", solver, h, 0.0, none, end, stop_detail=_NO_STEP)
         taken = solutions[_PLACES[solver]]
         return self._answer(
             *("stepping", solver, h, h, taken.force, StopReason.UNTIL),
@@ -159,11 +159,15 @@ class SpatialCase(Case):
 
     def _of_motion(self, way: str, value: float, motion: FrozenSpatialMotion) -> Answer:
         flies = motion.stop_reason is StopReason.T_END and not motion.impulse.any()
-        reason = StopReason.UNTIL if flies else motion.stop_reason
-        details = {StopReason.EVENT_LIMIT: _HELD, StopReason.T_END: _LONG, StopReason.UNTIL: ""}
+        reason = motion.stop_reason
+        if not self.e and any(kind == EventKind.MAX_COMPRESSION for _, kind in motion.events):
+            reason = StopReason.UNTIL  # of what follows at that instant there is no end
+        ends = flies or reason is StopReason.UNTIL
+        details = {StopReason.EVENT_LIMIT: _HELD, StopReason.T_END: _LONG}
         return self._answer(
             *("softened", way, value, motion.duration, motion.impulse, reason),
-            detail=details.get(reason, reason.advice),
+            complete=ends,
+            stop_detail="" if ends else details.get(reason, reason.advice),
             peak_force=motion.peak_force,
             events=motion.events,
             times=np.append(motion.times, motion.duration),
@@ -194,7 +198,8 @@ class SpatialCase(Case):
         own = {
             "peak_force": NAN,
             "events": (),
-            "stop_detail": own.pop("detail", "" if reason is StopReason.UNTIL else reason.advice),
+            "complete": reason is StopReason.UNTIL,
+            "stop_detail": "" if reason is StopReason.UNTIL else reason.advice,
             "times": np.array([0.0, time]),
             "contact_velocities": np.stack([self._velocity, end]),
             **own,
@@ -204,7 +209,6 @@ class SpatialCase(Case):
             way=way,
             setting=setting,
             stop_reason=reason,
-            complete=reason is StopReason.UNTIL,
             final_time=time,
             state={**self.place.state, **velocity},
             velocity=velocity,
