@@ -185,13 +185,15 @@ class BallPolynomials:
         return self._series(coefficients, size ** (degree + 1) / math.factorial(degree + 1), x)
 
     def _power(self, x: Polynomial, exponent: Polynomial) -> Polynomial:
-        count = int(float(exponent[0])) if exponent[0].is_integer() else 0
-        if len(exponent) > 1 or not 1 <= count <= 16:
+        twice = int(float(2 * exponent[0])) if (2 * exponent[0]).is_integer() else 0
+        count = abs(twice)
+        if len(exponent) > 1 or not 1 <= count <= 32:
             return {0: _NAN}
-        result = x
+        factor, count = (self._root(x), count) if count % 2 else (x, count // 2)
+        result = factor
         for _ in range(count - 1):
-            result = self._times(result, x)
-        return result
+            result = self._times(result, factor)
+        return result if twice > 0 else self._inverse(result)
 
     def _apply(self, name: str, take: Sequence[Polynomial]) -> Polynomial:
         x, y = take[0], take[-1]

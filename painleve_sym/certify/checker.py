@@ -179,6 +179,18 @@ class Polynomials:
         series = self._series(coefficients, _WAVE, self._without_middle(x))
         return TaylorModel(series.terms, _up(series.error + rest))
 
+    def _power(self, x: TaylorModel, exponent: TaylorModel) -> TaylorModel:
+        """Return x to a power that is a multiple of 1/2, up to 16 in size."""
+        twice = 2 * exponent.middle
+        count = int(abs(twice))
+        if set(exponent.terms) != {0} or exponent.error or not 1 <= count == abs(twice) <= 32:
+            raise Rejected("a power has another exponent than a multiple of 1/2 up to 16")
+        factor, count = (self.root(x), count) if count % 2 else (x, count // 2)
+        result = factor
+        for _ in range(count - 1):
+            result = self.times(result, factor)
+        return result if twice > 0 else self.inverse(result)
+
     def _ratio(self, x: TaylorModel, fault: str) -> tuple[TaylorModel, TaylorModel, float]:
         """Return 1/m and (x − m)/m with a bound of its size, for the constant term m of x."""
         if not (x.middle and x.spread < abs(x.middle)):
@@ -237,14 +249,7 @@ class Polynomials:
         if name in ("sin", "cos"):
             return self.wave(x, int(name == "cos"))
         if name in ("pow", "constpow"):
-            power = take[1]
-            count = int(power.middle)
-            if set(power.terms) != {0} or power.error or not 1 <= count == power.middle <= 16:
-                raise Rejected("a power has another exponent than 1 to 16")
-            result = x
-            for _ in range(count - 1):
-                result = self.times(result, x)
-            return result
+            return self._power(x, take[1])
         raise Rejected(f"unknown operation {name!r}")
 
 

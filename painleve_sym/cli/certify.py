@@ -101,8 +101,7 @@ def _show(title: str, over: dict[str, Side], proof: Proof) -> None:
     piece = ", ".join(f"{n} from {a!r} to {b!r}" for n, (a, b) in proof.piece.items())
     reason = {
         "refuted": "which fails in the middle of this piece",
-        "undecided": "whose bounds on this piece are too wide after the largest number of pieces, "
-        "or the longest time",
+        "undecided": "whose bounds stay too wide on this piece",
     }[proof.verdict.value]
     show(f"{proof.verdict.value}: need {proof.condition}, {reason}: {piece}")
 

@@ -16,6 +16,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import Chatter, chatter
+from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.classify_in_space import SpatialClassification, classified_in_space
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
@@ -26,27 +27,17 @@ from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSo
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.mechanism import Mechanism, Place
-from painleve_sym.notebooks import Shown
 from painleve_sym.units import Value
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Classification(Shown):
+class Classification(ClassifiedState[ContactProblem, ContactSolution]):
     """The rigid contact problem of the closed contacts at one state, with every solution.
+
+    None and several solutions are results. It has the attributes of `ClassifiedState`, and:
 
     Attributes
     ----------
-    mechanism : str
-    state, parameters : dict of str to float
-        Complete, with defaults filled in.
-    contacts : tuple of str
-        Names of the n closed contacts, in the order of the arrays.
-    open : tuple of str
-        Names of the contacts that are apart or leaving.
-    problem : ContactProblem
-        Of the closed contacts.
-    solutions : tuple of ContactSolution
-        Every solution, each with its verified residual; none and several are results.
     A_sticks, B_sticks : ndarray, shape (n,)
         g̈_N = A′ F_n + B′ of each contact in sticking, the others open; 1/kg and m/s².
 
@@ -60,21 +51,8 @@ class Classification(Shown):
     (2, ('A',))
     """
 
-    mechanism: str
-    state: dict[str, float]
-    parameters: dict[str, float]
-    contacts: tuple[str, ...]
-    open: tuple[str, ...]
-    problem: ContactProblem
-    solutions: tuple[ContactSolution, ...]
     A_sticks: Array
     B_sticks: Array
-
-    def __repr__(self) -> str:
-        """Return mechanism, case and the modes of the solutions in one line."""
-        modes = [", ".join(mode.value for mode in s.modes) for s in self.solutions]
-        ends = f": {'; '.join(modes)}" if modes else ""
-        return f"Classification of {self.mechanism!r}: {self.case.value}{ends}"
 
     @cached_property
     def case(self) -> ContactCase:
@@ -87,16 +65,11 @@ class Classification(Shown):
         return self.problem.uniqueness()
 
     @property
-    def single(self) -> bool:
-        """Whether the mechanism has one contact: then the scalars below are defined."""
-        return len(self.contacts) + len(self.open) == 1
-
-    @property
     def bilateral(self) -> bool:
         """Whether the only contact holds from both sides."""
         return self.single and bool(self.problem.bilateral[0])
 
-    # ---- one contact ----
+    # ---- one contact: where it is `single` ----
 
     @cached_property
     def chatter(self) -> tuple[Chatter, ...]:
@@ -353,13 +326,8 @@ def planar_classification(place: Place) -> Classification:
         )
     sides = np.array([contacts[i].bilateral for i in closed])
     problem = ContactProblem(W, b, mu, slip, sides)
-    names = [c.name for c in contacts]
     return Classification(
-        mechanism=mechanism.name,
-        state=place.state,
-        parameters=place.parameters,
-        contacts=tuple(names[i] for i in closed),
-        open=tuple(name for i, name in enumerate(names) if i not in closed),
+        **named_at(place, closed),
         problem=problem,
         solutions=problem.solutions(),
         A_sticks=A,

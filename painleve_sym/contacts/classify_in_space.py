@@ -9,32 +9,21 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.delassus import ContactNumbers
 from painleve_sym.contacts.friction_set import Disc
 from painleve_sym.contacts.one_contact_answer import ContactAnswer, solution_data
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.mechanics.mechanism import Place
-from painleve_sym.notebooks import Shown
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpatialClassification(Shown):
+class SpatialClassification(ClassifiedState[SpatialProblem, SpatialSolution]):
     """The rigid contact problem of the closed contacts of a mechanism in space at one state.
 
-    Attributes
-    ----------
-    mechanism : str
-    state, parameters : dict of str to float
-        Complete, with defaults filled in.
-    contacts : tuple of str
-        Names of the closed contacts, in the order of the arrays.
-    open : tuple of str
-        Names of the contacts that are apart or leaving.
-    problem : SpatialProblem
-        Of the closed contacts.
-    solutions : tuple of SpatialSolution
-        Each with its verified residual; `problem.guarantee` says whether these are all.
+    It has the attributes of `ClassifiedState`. `problem.guarantee` says whether the solutions are
+    all.
 
     Examples
     --------
@@ -46,33 +35,14 @@ class SpatialClassification(Shown):
     (1.375259, 0.188277)
     """
 
-    mechanism: str
-    state: dict[str, float]
-    parameters: dict[str, float]
-    contacts: tuple[str, ...]
-    open: tuple[str, ...]
-    problem: SpatialProblem
-    solutions: tuple[SpatialSolution, ...]
-
-    def __repr__(self) -> str:
-        """Return mechanism, case and the modes of the solutions in one line."""
-        modes = [", ".join(mode.value for mode in s.modes) for s in self.solutions]
-        ends = f": {'; '.join(modes)}" if modes else ""
-        return f"SpatialClassification of {self.mechanism!r}: {self.case.value}{ends}"
-
     @cached_property
     def case(self) -> ContactCase:
         """The case, by number and kind of the solutions."""
         return self.problem.case_of(self.solutions)
 
-    @property
-    def single(self) -> bool:
-        """Whether the mechanism has one contact: then `answer` is defined."""
-        return len(self.contacts) + len(self.open) == 1
-
     @cached_property
     def answer(self) -> ContactAnswer:
-        """The only contact by itself: A, B, μ_P, sector, least μ_P over all normals."""
+        """The contact where it is `single`: A, B, μ_P, sector, least μ_P over all normals."""
         return ContactAnswer(self.problem, self.solutions)
 
     def to_dict(self) -> dict[str, Any]:
@@ -108,8 +78,7 @@ def classified_in_space(
     place: Place, numbers: ContactNumbers, closed: list[int]
 ) -> SpatialClassification:
     """Return the contact problem of the closed contacts of a mechanism in space."""
-    names = [c.name for c in place.mechanism.outline.contacts]
-    rows = ContactRows(len(names), 2).of_contacts(closed)
+    rows = ContactRows(len(numbers.mu), 2).of_contacts(closed)
     problem = SpatialProblem(
         numbers.W[np.ix_(rows, rows)],
         numbers.b[rows],
@@ -117,11 +86,5 @@ def classified_in_space(
         tuple(tuple(numbers.slip_velocity[i].tolist()) for i in closed),
     )
     return SpatialClassification(
-        mechanism=place.mechanism.name,
-        state=place.state,
-        parameters=place.parameters,
-        contacts=tuple(names[i] for i in closed),
-        open=tuple(name for i, name in enumerate(names) if i not in closed),
-        problem=problem,
-        solutions=problem.solutions(),
+        **named_at(place, closed), problem=problem, solutions=problem.solutions()
     )

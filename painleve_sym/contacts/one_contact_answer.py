@@ -12,7 +12,6 @@ W: one number for a foot, whatever it stands on.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,7 +20,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.arrays import Array
 from painleve_sym.contacts.friction_set import Disc, Interval
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.contacts.problem import ContactCase
@@ -33,6 +31,7 @@ from painleve_sym.contacts.risk import (
 )
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.errors import InputError
+from painleve_sym.files import finite
 
 
 @dataclass(frozen=True)
@@ -127,7 +126,7 @@ class ContactAnswer:
     @property
     def mu_P(self) -> float | None:
         """Least friction with A < 0 for some direction of slip; None where no friction has it."""
-        return _finite(friction_threshold(self.problem.W))
+        return finite(float(friction_threshold(self.problem.W)))
 
     @property
     def sector(self) -> Sector | None:
@@ -142,7 +141,7 @@ class ContactAnswer:
     @property
     def least_over_normals(self) -> float | None:
         """Least μ_P over all directions of the surface's normal; None where none has a paradox."""
-        return _finite(least_over_normals(self.problem.W))
+        return finite(float(least_over_normals(self.problem.W)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
@@ -168,11 +167,6 @@ def solution_data(solution: SpatialSolution, i: int = 0) -> dict[str, Any]:
         "force": solution.forces[i].tolist(),
         "acceleration": solution.accelerations[i].tolist(),
     }
-
-
-def _finite(value: Array) -> float | None:
-    number = float(value)
-    return number if math.isfinite(number) else None
 
 
 def contact(

@@ -68,16 +68,16 @@ from painleve_sym.contacts.local_mode import (
     scale_contacts,
     slip_mode,
 )
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, received
 
 CONTACT_LIMIT = 6
 """Most contacts whose local modes are all tried: 4**6 regular systems take a tenth of a second."""
 
 ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
-_SIGN = 1e-12  # of the terms of an acceleration: what may be missing to its right sign
+SIGN = 1e-12  # of the terms of an acceleration: what may be missing to its right sign
 _ROUND_OFF = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
 _NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
-_DISTINCT = 1e-8  # of the terms of every acceleration; nearer solutions are one, met in two modes
+DISTINCT = 1e-8  # of the terms of every acceleration; nearer solutions are one, met in two modes
 _SAME_MOTION = 1e-9  # of the largest acceleration without forces
 _MANY_MODES = 4**CONTACT_LIMIT
 
@@ -270,17 +270,8 @@ class ContactProblem:
         faults: list[str] = []
         fields = vars(self)
         for name in ("W", "b", "mu", "slip_velocity"):
-            try:
-                value = np.array(fields[name], dtype=float)
-            except (TypeError, ValueError):
-                value = np.array(math.nan)
-            entries = value.ravel().tolist()
-            # A finite sum has finite terms; a sum of finite terms may overflow.
-            if not (math.isfinite(sum(entries)) or all(map(math.isfinite, entries))):
-                faults.append(
-                    f"{name}: got {fields[name]!r}, need finite numbers. "
-                    "Fix: check the state it was evaluated at."
-                )
+            value, fault = finite_array(fields[name], name)
+            faults += [fault] * bool(fault)
             if value.ndim == 0 and name in ("mu", "slip_velocity"):
                 value = value.reshape(1)
             fields[name] = value
@@ -361,9 +352,9 @@ class ContactProblem:
         """Return a sentence for each entry that no mechanism can have."""
         faults: list[str] = []
         if min(self.mu.tolist()) < 0:
-            received = self.mu.item() if self.size == 1 else self.mu.tolist()
+            given = self.mu.item() if self.size == 1 else self.mu.tolist()
             faults.append(
-                f"mu: got {received!r}, need mu >= 0. Fix: give the direction by slip_velocity."
+                f"mu: got {given!r}, need mu >= 0. Fix: give the direction by slip_velocity."
             )
         if self.size == 1:
             (nn, nt), (tn, tt) = self.W.tolist()
@@ -511,10 +502,7 @@ class ContactProblem:
         if plural or self.size > 1:
             if single:
                 return ContactCase.UNIQUE
-            size = float(np.max(np.abs(self.b)))
-            motions = np.array([s.accelerations for s in solutions])
-            same = np.allclose(motions, motions[0], rtol=0, atol=_SAME_MOTION * size)
-            return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE
+            return case_of_several([s.accelerations for s in solutions], self.b)
         if self.bilateral[0]:
             if single:
                 return ContactCase.UNIQUE
@@ -522,9 +510,7 @@ class ContactProblem:
             return ContactCase.TWO_SOLUTIONS if two and self.slip_direction else ContactCase.SEVERAL
         if not single:
             return ContactCase.INDETERMINATE
-        word = solutions[0].mode
-        named = {ContactMode.LIFTOFF: ContactCase.LIFTOFF, ContactMode.STICK: ContactCase.STICK}
-        return named.get(word, ContactCase.SLIP)
+        return case_of_mode(solutions[0].mode)
 
     # ---- complementarity problems ----
 
@@ -882,7 +868,7 @@ class _ScaledLaw:
                 continue
             else:
                 wrong, size = a[t] * _sign(point.forces[t]), terms[t]
-            if wrong > _SIGN * size:
+            if wrong > SIGN * size:
                 return True
         return False
 
@@ -983,7 +969,7 @@ class _ScaledLaw:
             for w, (p, q) in zip(self.weights, pairs, strict=True)
         ]
         terms = _accelerations(self.W, self.b, size)[1]
-        return all(share <= _DISTINCT for share in self._share(step, terms, size))
+        return all(share <= DISTINCT for share in self._share(step, terms, size))
 
     def _share(
         self,
@@ -1039,6 +1025,35 @@ class _ScaledLaw:
         numbers.setflags(write=False)
         normal, tangential, a_n, a_t = numbers
         return ContactSolution(point.modes, normal, tangential, a_n, a_t, point.residual, isolated)
+
+
+def case_of_several(motions: Sequence[FloatArray], b: FloatArray) -> ContactCase:
+    """Return the case of several solutions by their accelerations; b are those without forces."""
+    size = float(np.max(np.abs(b)))
+    same = np.allclose(motions, motions[0], rtol=0, atol=_SAME_MOTION * size)
+    return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE
+
+
+def case_of_mode(mode: ContactMode) -> ContactCase:
+    """Return the case of the one solution of one contact that can open."""
+    named = {ContactMode.LIFTOFF: ContactCase.LIFTOFF, ContactMode.STICK: ContactCase.STICK}
+    return named.get(mode, ContactCase.SLIP)
+
+
+def finite_array(value: object, name: str) -> tuple[FloatArray, str]:
+    """Return numbers as an array, and a sentence where they are not finite numbers."""
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        array = np.array(math.nan)
+    entries = array.ravel().tolist()
+    # A finite sum has finite terms; a sum of finite terms may overflow.
+    if math.isfinite(sum(entries)) or all(map(math.isfinite, entries)):
+        return array, ""
+    return array, (
+        f"{name}: got {received(value)}, need finite numbers. "
+        "Fix: check the state it was evaluated at."
+    )
 
 
 def mobility_matrix_faults(W: FloatArray, order: str) -> list[str]:
@@ -1113,7 +1128,7 @@ def _ordered(points: list[_Checked]) -> list[_Checked]:
 
 def _levels(values: Sequence[float]) -> list[int]:
     """Return the rank of each value, the same for values that differ by rounding alone."""
-    near = _DISTINCT * max(map(abs, values))
+    near = DISTINCT * max(map(abs, values))
     ranks, level, last = [0] * len(values), 0, -math.inf
     for k in sorted(range(len(values)), key=values.__getitem__):
         level += values[k] - last > near

@@ -35,19 +35,20 @@ from painleve_sym.contacts.disc_at_rest import forces_at_rest
 from painleve_sym.contacts.friction_set import Disc, FrictionSet
 from painleve_sym.contacts.local_mode import ContactMode, Vector
 from painleve_sym.contacts.problem import (
+    DISTINCT,
     ROUNDING,
+    SIGN,
     ContactCase,
     ContactProblem,
     ContactSolution,
+    case_of_mode,
+    case_of_several,
+    finite_array,
     mobility_matrix_faults,
     ratio,
 )
 from painleve_sym.contacts.resting_contacts import search, solve_one
 from painleve_sym.errors import InputError, received
-
-_SIGN = 1e-12  # of the terms of an acceleration: what may be missing to its right sign
-_DISTINCT = 1e-8  # of the terms of every acceleration: nearer solutions are one
-_SAME_MOTION = 1e-9  # of the largest acceleration without forces
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,14 +253,13 @@ class SpatialProblem:
         """
         if not self.resting:
             return tuple(map(self._from_plane, self.plane.solutions()))
+        W, b, mu, unit = self._scaled
         if len(self.friction) == 1:
-            W, b, mu, unit = self._scaled
             given = (
                 (r.force, (r.mode,), r.isolated)
                 for r in forces_at_rest(W.tolist(), b.tolist(), *mu)
             )
             return self._checked(given, unit)
-        W, b, mu, unit = self._scaled
         if self._of_one is not None:
             return self._checked(((f, None, alone) for f, alone in self._of_one), unit)
         ends = search(W, b, mu, self.friction, self.directions, self.rows)
@@ -273,15 +273,10 @@ class SpatialProblem:
         if len(self.friction) > 1:
             if single:
                 return ContactCase.UNIQUE
-            size = float(np.max(np.abs(self.b)))
-            motions = [np.concatenate(s.accelerations) for s in solutions]
-            same = all(
-                np.allclose(a, motions[0], rtol=0, atol=_SAME_MOTION * size) for a in motions
-            )
-            return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE
+            return case_of_several([np.concatenate(s.accelerations) for s in solutions], self.b)
         if not single:
             return ContactCase.INDETERMINATE
-        return _CASES[solutions[0].mode]
+        return case_of_mode(solutions[0].mode)
 
     # ---- sliding ----
 
@@ -454,7 +449,7 @@ class _BallLaw:
                 ratio(self.sizes[k][n] * abs(normal), terms[k]) for k in range(self.at.size)
             )
             held = max(weight if normal < 0 else min(weight, abs(leaving)), -leaving, 0.0)
-            if normal == 0 and leaving < -_SIGN:
+            if normal == 0 and leaving < -SIGN:
                 return 1.0
             limit = self.mu[i] * max(normal, 0.0)
             span = lengths[t] + limit
@@ -473,7 +468,7 @@ class _BallLaw:
                 inside = min(
                     max(-outside, 0.0), ratio(math.hypot(*a_t), terms[t])
                 )  # less than the limit only without acceleration
-                opposing = max(inside, across, along if along > _SIGN else 0.0)
+                opposing = max(inside, across, along if along > SIGN else 0.0)
             worst = max(worst, held, outside, opposing)
         return worst
 
@@ -502,7 +497,7 @@ class _BallLaw:
             list(map(max, self._lengths(p), self._lengths(q))),
         )
         terms = self._terms(sizes)
-        return self.count > 1 and all(map(lambda s, size: s <= _DISTINCT * size, step, terms))
+        return self.count > 1 and all(map(lambda s, size: s <= DISTINCT * size, step, terms))
 
     def near(self, first: Vector, second: Vector) -> bool:
         """Return whether the step between two forces is negligible for every acceleration."""
@@ -510,7 +505,7 @@ class _BallLaw:
         sizes = list(map(max, self._lengths(p), self._lengths(q)))
         step, terms = self._lengths(p - q), self._terms(sizes)
         return all(
-            ratio(w * s, size) <= _DISTINCT
+            ratio(w * s, size) <= DISTINCT
             for row, size in zip(self.sizes, terms, strict=True)
             for w, s in zip(row, step, strict=True)
         )
@@ -521,30 +516,19 @@ class _BallLaw:
         return [*point[[p[0] for p in self.parts[self.at.normals]]].tolist(), *forces]
 
 
-_CASES = {
-    ContactMode.LIFTOFF: ContactCase.LIFTOFF,
-    ContactMode.SLIP: ContactCase.SLIP,
-    ContactMode.STICK: ContactCase.STICK,
-}
 _STATED = "SpatialProblem cannot be stated, "
 
 
 def _array(value: object, name: str, shape: tuple[int, ...]) -> FloatArray:
     """Return finite numbers of a shape; InputError for others."""
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        array = np.array(math.nan)
+    array, fault = finite_array(value, name)
+    if fault:
+        raise InputError(f"{_STATED}{fault}")
     if array.ndim == 0 and shape == (1,):
         array = array.reshape(1)
-    if array.shape != shape and np.isfinite(array).all():
+    if array.shape != shape:
         raise InputError(
             f"{_STATED}{name}: got shape {array.shape}, need {shape}. Fix: give three rows n, t1, "
             "t2 for each disc and two rows n, t for each interval."
-        )
-    if not np.isfinite(array).all():
-        raise InputError(
-            f"{_STATED}{name}: got {received(value)}, need finite numbers. "
-            "Fix: check the state it was evaluated at."
         )
     return array

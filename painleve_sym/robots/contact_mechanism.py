@@ -149,11 +149,7 @@ class RobotMechanism(NumericalMechanism):
         place = super().at(given, parameters, declared=declared, where=where)
         at, faults, units = place.state, list[str](), self.state_units
         for name, joint in self.robot.tree.joints.items():
-            if not joint.lower <= at[name] <= joint.upper:
-                faults.append(
-                    f"joint {name}: got {at[name]:g} {joint.unit}, need a value within its "
-                    f"limits {joint.lower:g} and {joint.upper:g}."
-                )
+            faults += filter(None, [joint.fault(at[name])])
             if name in self.robot.locked and at[rate := f"{name}_dot"]:
                 faults.append(
                     f"{rate}: got {at[rate]:g} {units[rate]}, need 0: joint {name} is locked."

@@ -48,7 +48,7 @@ from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_file import read_robot
-from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion
+from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion, unit_vector
 from painleve_sym.robots.urdf import srdf_poses
 from painleve_sym.units import Value
 
@@ -337,14 +337,12 @@ class RobotContact:
         """Return W as CasADi formulas of a vector of all `arguments`."""
         import casadi as ca
 
-        entries = self._delassus.contact_quantities
-        of = dict(zip(entries.names, ca.vertsplit(entries.function(x)), strict=True))
-        rows = range(self.dynamics.rows.size)
-        W = ca.vertcat(*(ca.horzcat(*(of[f"W_{r}_{c}"] for c in rows)) for r in rows))
-        first, rest = list(range(3)), list(range(3, self.dynamics.rows.size))
+        entries, size = self._delassus.contact_quantities, self.dynamics.rows.size
+        begin = entries.names.index("W_0_0")
+        W = ca.reshape(entries.function(x)[begin : begin + size**2], size, size).T
         if not self.stuck:
-            return W[first, first]
-        return W[first, first] - W[first, rest] @ ca.solve(W[rest, rest], W[rest, first])
+            return W[:3, :3]
+        return W[:3, :3] - W[:3, 3:] @ ca.solve(W[3:, 3:], W[3:, :3])
 
     def positive_function(
         self, over: Mapping[str, tuple[float, float]], mu: float | None = None
@@ -674,13 +672,7 @@ class Robot:
         if others not in OTHERS:
             raise InputError(f"{where}: others: {unknown_name('choice', others, OTHERS)}")
         place = _vector(point, f"{where}: point")
-        axis = _vector(normal, f"{where}: normal")
-        length = float(np.linalg.norm(axis))
-        if not length > 1e-10:
-            raise InputError(
-                f"{where}: normal: got {axis.tolist()}, need a vector of positive length."
-            )
-        axis = axis / length
+        axis = unit_vector(_vector(normal, f"{where}: normal"), f"{where}: normal")
         size = number(radius, "radius", where=where, lower=0.0)
         held_joints = names_of(locked, f"{where}: locked", "knee,ankle")
         if held_joints == ("all",):
@@ -703,8 +695,7 @@ class Robot:
             at |= dict(zip(BASE[3:], base.tolist(), strict=True))
         # The first tangent is the axis x as the surface sees it, where that is not its normal.
         along = np.array([0.0, 1.0, 0.0] if abs(axis[0]) > 0.9 else [1.0, 0.0, 0.0])
-        along = along - (along @ axis) * axis
-        along /= np.linalg.norm(along)
+        along = unit_vector(along - (along @ axis) * axis, where)
         at |= dict(zip(NORMAL, axis.tolist(), strict=True))
         at |= dict(zip(TANGENT, along.tolist(), strict=True))
         return RobotContact(dynamics, at, others == "stuck" and len(names) > 1)
@@ -726,14 +717,8 @@ class Robot:
             if name not in tree.joints:
                 faults.append(unknown_name("joint", name, tree.joints))
                 continue
-            joint = tree.joints[name]
             values[name], fault = checked_number(value, f"joint {name}")
-            if not fault and not joint.lower <= values[name] <= joint.upper:
-                fault = (
-                    f"joint {name}: got {values[name]:g} {joint.unit}, need a value within its "
-                    f"limits {joint.lower:g} and {joint.upper:g}."
-                )
-            faults += [fault] * bool(fault)
+            faults += filter(None, [fault or tree.joints[name].fault(values[name])])
         if faults:
             raise InputError(f"{where}: " + " ".join(faults))
         R = rotation_quaternion(named.base, f"{where}: pose {pose}")

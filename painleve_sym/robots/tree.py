@@ -80,6 +80,15 @@ class Joint:
         """Value nearest to 0 within its limits."""
         return min(max(0.0, self.lower), self.upper)
 
+    def fault(self, value: float) -> str:
+        """Return a sentence where a value is outside the limits; empty where it is not."""
+        if self.lower <= value <= self.upper:
+            return ""
+        return (
+            f"joint {self.name}: got {value:g} {self.unit}, need a value within its limits "
+            f"{self.lower:g} and {self.upper:g}."
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Body:

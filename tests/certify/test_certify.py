@@ -35,6 +35,7 @@ SMOOTH = (
     lambda x: ca.sin(x[0]) * ca.cos(x[1]) - x[0] ** 2 / (2 + x[1] ** 2 / 9),
     lambda x: ca.sqrt(12 + x[0] * x[1]) + x[1] ** 3 - 2 * x[0],
     lambda x: 1 / (3 + ca.cos(x[0])) - x[1] * x[0] + ca.sin(-x[1]),
+    lambda x: (25 + x[0] * x[1]) ** 1.5 - (3 + x[1] ** 2) ** -0.5 + (6 + x[0]) ** -2,
 )
 
 
@@ -357,6 +358,39 @@ def test_box_with_a_singular_mass_matrix_is_not_proved(capsys, tmp_path):
     low, high = data["piece"]["r"]
     assert -1e-9 < low < high < 1e-9
     assert run(capsys, "certify", str(file), "--over", "r=0.1:0.6")[0] == 0
+
+
+BALL = """
+[coordinates]
+x = { unit = "m", meaning = "first place of a bead" }
+y = { unit = "m", meaning = "second place" }
+z = { unit = "m", meaning = "height" }
+[parameters]
+mu = { default = 0.5, unit = "1", meaning = "friction coefficient" }
+[[bodies]]
+name = "bead"
+mass = 1
+centre = ["x", "y", "z"]
+[[contacts]]
+name = "bead"
+friction = "mu"
+point = ["x", "y", "z"]
+surface = "x**2 + y**2 + z**2 - 1"
+"""
+
+
+def test_surface_whose_normal_vanishes_is_not_proved(capsys, tmp_path):
+    pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
+    file = tmp_path / "ball.toml"
+    file.write_text(BALL)
+    # Its formulas have |∇g|³ = (4 x² + 4 y² + 4 z²)^(3/2).
+    assert run(capsys, "certify", str(file), "--over", "y=0.6:1")[0] == 0
+    code, out, _ = run(capsys, "certify", str(file), "--over", "y=-0.3:1", "--json")
+    data = json.loads(out)
+    assert (code, data["verdict"]) == (1, "undecided")
+    assert all(abs(end) < 1e-12 for end in data["piece"]["y"])
+    shown = " ".join(run(capsys, "certify", str(file), "--over", "y=-0.3:1")[1].split())
+    assert f"undecided: need {data['condition']}, whose bounds stay too wide on this" in shown
 
 
 def test_certificate_without_its_bounds_is_rejected(capsys, tmp_path):

@@ -93,7 +93,7 @@ def test_figure_and_page_are_written(capsys, tmp_path):
         (("--joints", "LF_KFE=9"), "joint LF_KFE: got 9 rad, need a value within its limits -2.4"),
         (("--joints", "LF_KFEE=0"), "unknown joint 'LF_KFEE'. Did you mean 'LF_KFE'?"),
         (("--pose", "sitting"), "unknown pose 'sitting'"),
-        (("--normal", "0,0,0"), "need a vector of positive length"),
+        (("--normal", "0,0,0"), "need one of positive length"),
         (("--normal", "0,1"), "need three numbers"),
         (("--mu", "-1"), "mu: got -1.0, need a finite number >= 0"),
         (("--radius", "-1"), "radius: got -1.0"),

@@ -1,0 +1,72 @@
+"""The common part of what a state's contacts do, in the plane and in space."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
+from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
+from painleve_sym.mechanics.mechanism import Place
+from painleve_sym.notebooks import Shown
+
+Problem = TypeVar("Problem", ContactProblem, SpatialProblem)
+Solution = TypeVar("Solution", ContactSolution, SpatialSolution)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClassifiedState(Shown, ABC, Generic[Problem, Solution]):
+    """The rigid contact problem of the closed contacts at one state, with its solutions.
+
+    Attributes
+    ----------
+    mechanism : str
+    state, parameters : dict of str to float
+        Complete, with defaults filled in.
+    contacts : tuple of str
+        Names of the closed contacts, in the order of the arrays.
+    open : tuple of str
+        Names of the contacts that are apart or leaving.
+    problem : ContactProblem or SpatialProblem
+        Of the closed contacts.
+    solutions : tuple of ContactSolution or SpatialSolution
+        Each with its verified residual.
+    """
+
+    mechanism: str
+    state: dict[str, float]
+    parameters: dict[str, float]
+    contacts: tuple[str, ...]
+    open: tuple[str, ...]
+    problem: Problem
+    solutions: tuple[Solution, ...]
+
+    def __repr__(self) -> str:
+        """Return mechanism, case and the modes of the solutions in one line."""
+        modes = [", ".join(mode.value for mode in s.modes) for s in self.solutions]
+        ends = f": {'; '.join(modes)}" if modes else ""
+        return f"{type(self).__name__} of {self.mechanism!r}: {self.case.value}{ends}"
+
+    @property
+    @abstractmethod
+    def case(self) -> ContactCase:
+        """The case, by number and kind of the solutions."""
+
+    @property
+    def single(self) -> bool:
+        """Whether the mechanism has one contact."""
+        return len(self.contacts) + len(self.open) == 1
+
+
+def named_at(place: Place, closed: Sequence[int]) -> dict[str, Any]:
+    """Return the fields of a `ClassifiedState` that say where and between what it is."""
+    names = [c.name for c in place.mechanism.outline.contacts]
+    return {
+        "mechanism": place.mechanism.name,
+        "state": place.state,
+        "parameters": place.parameters,
+        "contacts": tuple(names[i] for i in closed),
+        "open": tuple(name for i, name in enumerate(names) if i not in closed),
+    }
