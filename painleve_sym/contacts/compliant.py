@@ -21,7 +21,6 @@ from painleve_sym.contacts.interfaces import (
     zero_factor,
 )
 from painleve_sym.contacts.model import CONTACT, CONTACTS, FLIGHT, INDENTED, MOTION, SLIPS
-from painleve_sym.contacts.scales import Numbers, Terms, compliant_scales
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
     Alternative,
@@ -91,15 +90,6 @@ class CompliantInterface(Interface):
     def flights(self) -> tuple[str, ...]:
         """Its local modes without force."""
         return FLIGHTS if self.law.recontacts else FLIGHTS[:1]
-
-    @property
-    def loading_curve(self) -> tuple[sp.Expr, sp.Expr]:
-        """K and n of K δⁿ."""
-        return self.law.stiffness, self.law.exponent
-
-    def scales(self, numbers: Numbers, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J)."""
-        return compliant_scales(numbers, self.row.gap, *self.loading_curve, terms)
 
     @cached_property
     def branches(self) -> tuple[str, ...]:

@@ -84,12 +84,8 @@ class GuideInterface(Interface):
         return [sp.Gt(sp.Abs(gap), near), sp.Gt(sp.Abs(rate), slow)]
 
     def _held(self, sign: int, side: int) -> Memory:
-        return {
-            self.local: sp.Integer(len(RUBBING) * (side > 0) + 1 + sign),
-            self.sign: sp.Integer(sign),
-            self.sticks: sp.Integer(0 if sign else 1),
-            self.side: sp.Integer(side),
-        }
+        local = len(RUBBING) * (side > 0) + 1 + sign
+        return self._rubbing(local, sign) | {self.side: sp.Integer(side)}
 
     def start(self, motion: ContactMotion) -> Memory:
         """Return some memory: the decision at the start finds the right one."""

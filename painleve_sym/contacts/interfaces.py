@@ -16,7 +16,7 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.model import FLIGHT, INDENTED, MOTION, StateRow
-from painleve_sym.contacts.scales import Numbers, Terms, rigid_scales
+from painleve_sym.contacts.scales import Numbers, Terms, compliant_scales, rigid_scales
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import Alternative, Choice, Part, Test, TestRole, Transition
 from painleve_sym.laws.catalogue import Law
@@ -151,12 +151,15 @@ class Interface(ABC):
 
     @property
     def loading_curve(self) -> tuple[sp.Expr, sp.Expr] | None:
-        """K and n of K δⁿ, where it yields."""
-        return None
+        """K and n of K δⁿ where its law is one that yields, also of a guide with that law."""
+        return (self.law.stiffness, self.law.exponent) if self.law.is_compliant else None
 
     def scales(self, numbers: Numbers, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J)."""
-        return rigid_scales(numbers, terms)
+        curve = self.loading_curve
+        if curve is None:
+            return rigid_scales(numbers, terms)
+        return compliant_scales(numbers, self.row.gap, *curve, terms)
 
     def scales_of_states(self, gap: sp.Expr, terms: Terms) -> Memory:
         """Return the scales of `states`, by that of the gap."""
@@ -340,6 +343,11 @@ class Interface(ABC):
         chooses = asks and self.target == MOTION
         name, label = self.name, f"{label}:{self.name}"
         return Transition(label, kind, guard, follows, reset or {}, contact=name, chooses=chooses)
+
+    def _rubbing(self, local: int, sign: int) -> Memory:
+        """Return the memory of slip along a sign, or of stick for 0, under an index."""
+        stick = _ZERO if sign else _ONE
+        return {self.local: sp.Integer(local), self.sign: sp.Integer(sign), self.sticks: stick}
 
     def _rests(self, condition: Boolean, stick: Memory, slips: dict[int, int]) -> list[Alternative]:
         """Return stick with its friction at a bound for slips, given by sign and index."""

@@ -75,12 +75,7 @@ class RigidInterface(Interface):
         return [sp.Lt(gap, 0)]
 
     def _closed(self, sign: int) -> Memory:
-        return {
-            self.local: sp.Integer(2 + sign),
-            self.sign: sp.Integer(sign),
-            self.sticks: sp.Integer(0 if sign else 1),
-            self.closed: _ONE,
-        }
+        return self._rubbing(2 + sign, sign) | {self.closed: _ONE}
 
     @property
     def _sticks_alone(self) -> sp.Expr:
