@@ -185,6 +185,9 @@ def test_condition_is_refuted_only_where_those_before_it_hold():
     assert (pole.verdict, pole.condition) == ("undecided", "condition 1")
     low, high = pole.piece["x"]
     assert -1e-9 < low < high < 1e-9
+    # Where the first one is 0, and not known to fail, the second does not count.
+    border = proved(lambda x: ca.vertcat(0, -1 - x[0] ** 2), {"x": (0.0, 1.0)}, max_pieces=20)
+    assert (border.verdict, border.condition) == ("undecided", "condition 0")
     both = proved(make, {"x": (0.1, 0.33)})
     assert both.verdict == "proved" and check(both.certificate) == both.pieces
 

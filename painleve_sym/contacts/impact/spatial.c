@@ -248,7 +248,7 @@ static int along_limit(const impact *p, const limit *l, piece *q) {
     q->E[j] = term(q->v, q->n, j) / two;
     q->T[j] = -p->mu * term(q->v, q->v, j) / two;
   }
-  q->n_end = p->singular ? p->offset : at->n - value(q->n, 1.0), q->P_end = at->P - value(q->P, 1.0);
+  q->n_end = at->n - value(q->n, 1.0), q->P_end = at->P - value(q->P, 1.0);
   q->P1_end = at->P1 - value(q->P1, 1.0), q->P2_end = at->P2 - value(q->P2, 1.0);
   q->T_end = at->T - value(q->T, 1.0);
   q->E_end = at->E - value(q->E, 1.0) - q->n_end * value(q->P, 1.0);

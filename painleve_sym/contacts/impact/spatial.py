@@ -355,7 +355,6 @@ class SpatialPath:
         parts = (c_, s_, v, n, v / one, -mu * u1 / one, -mu * u2 / one, work, -mu * vv / two)
         series = np.array(parts)
         end = state - _values(series, 1.0)
-        end[_N] = self.offset if self.singular else end[_N]
         end[_E] -= end[_N] * _values(series[_P], 1.0)
         x, k = (0.0 if limit.k < 0.0 else _GROWTH), limit.k
         return _Piece(series, 1.0, x, state.copy(), k, limit.rate / k, end)
