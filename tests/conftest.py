@@ -1,5 +1,6 @@
 """Settings of the tests: quick compilation, and the same examples in every run or new ones."""
 
+import gc
 import os
 
 from hypothesis import settings
@@ -12,3 +13,10 @@ os.environ.setdefault("PAINLEVE_OPTIMIZE", "0")
 settings.register_profile("repeatable", derandomize=True, print_blob=True)
 settings.register_profile("explore", print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+def pytest_collection_finish():
+    """Spare the garbage collector what lives on: modules, and the tests themselves."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)

@@ -10,7 +10,6 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
-import xarray
 
 import painleve_sym as ps
 from painleve_sym.codegen.tape import Tape, TapeOutputs
@@ -181,6 +180,8 @@ def again_from(attributes):
     ids=["virgin", "pressed", "mixed"],
 )
 def test_netcdf_file_of_a_motion_computes_it_again(tmp_path, mechanism, law, state, options):
+    import xarray
+
     run = ps.simulate(mechanism, law, state, **options)
     run.save(tmp_path / "run.npz")
     for number, motion in enumerate((run, ps.Trajectory.load(tmp_path / "run.npz"))):
