@@ -3,10 +3,11 @@
 import gc
 import os
 
+import pytest
 from hypothesis import settings
 
 # Compiled quickly, since motions of tests are short. An empty value selects the package's own
-# levels, as `make slow` and the benchmarks do.
+# levels, as the fixture `optimized`, the scripts of studies and the benchmarks do.
 os.environ.setdefault("PAINLEVE_OPTIMIZE", "0")
 
 # Deterministic examples: a failure is caused by the change, not by sampling.
@@ -20,3 +21,9 @@ def pytest_collection_finish():
     gc.collect()
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)
+
+
+@pytest.fixture
+def optimized(monkeypatch):
+    """Compile as for users: for tests of compiled code on every mechanism, and for long motions."""
+    monkeypatch.setenv("PAINLEVE_OPTIMIZE", "")
