@@ -38,9 +38,8 @@ lint: $(VENV)/.installed ## check style, types, import layers and prose
 	wait $$beside || { cat $(VENV)/lint.log; exit 1; }; exit $$types
 
 # pytest ends with 5 when it selects nothing: having no slow tests is not a failure.
-# Code optimized as for users, where other tests compile it quickly: see tests/conftest.py.
 slow: $(VENV)/.installed ## run the slow tests
-	PAINLEVE_OPTIMIZE= $(PYTEST) -q $(PARALLEL) -m slow || [ $$? -eq 5 ]
+	$(PYTEST) -q $(PARALLEL) -m slow || [ $$? -eq 5 ]
 
 # One test file of each stage: what an old release lacks is missed at once.
 OLDEST_TESTS := tests/mechanics/test_coefficients.py tests/codegen/test_bridge.py \

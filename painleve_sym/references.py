@@ -203,8 +203,10 @@ def _label_pattern() -> re.Pattern[str]:
     """Return a pattern of all labels, the longest first; the key names the group of each."""
     works = sorted(references().values(), key=lambda work: -len(work.label))
     labels = [f"(?P<{work.key}>{loose_pattern(work.label)})" for work in works]
+    # Few letters of a text begin a label: at the others no label is tried.
+    initials = re.escape("".join(sorted({work.label[0] for work in works})))
     # A family name that ends another label, as in "Wang & Mason", does not begin one.
-    return re.compile(rf"(?<![\w&-])(?<!& )(?:{'|'.join(labels)})(?!\w)")
+    return re.compile(rf"(?<![\w&-])(?<!& )(?=[{initials}])(?:{'|'.join(labels)})(?!\w)")
 
 
 def loose_pattern(label: str) -> str:

@@ -1,14 +1,29 @@
 """Settings of the tests: quick compilation, and the same examples in every run or new ones."""
 
+import gc
 import os
 
+import pytest
 from hypothesis import settings
 
 # Compiled quickly, since motions of tests are short. An empty value selects the package's own
-# levels, as `make slow` and the benchmarks do.
+# levels, as the fixture `optimized`, the scripts of studies and the benchmarks do.
 os.environ.setdefault("PAINLEVE_OPTIMIZE", "0")
 
 # Deterministic examples: a failure is caused by the change, not by sampling.
 settings.register_profile("repeatable", derandomize=True, print_blob=True)
 settings.register_profile("explore", print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+def pytest_collection_finish():
+    """Spare the garbage collector what lives on: modules, and the tests themselves."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
+
+
+@pytest.fixture
+def optimized(monkeypatch):
+    """Compile as for users: for tests of compiled code on every mechanism, and for long motions."""
+    monkeypatch.setenv("PAINLEVE_OPTIMIZE", "")

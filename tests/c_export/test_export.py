@@ -311,7 +311,7 @@ def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scenario", "kinds"),
+    ("scenario", "kinds", "level"),
     [
         pytest.param(
             Scenario(
@@ -321,6 +321,7 @@ def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
                 t_end=0.6,
             ),
             {"touchdown", "impact"},
+            "-O1",
             marks=pytest.mark.slow,
         ),
         (
@@ -331,14 +332,17 @@ def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
                 t_end=0.4,
             ),
             {"touchdown", "separation", "impact"},
+            "-O0",
         ),
     ],
     ids=["rigid", "mixed"],
 )
-def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kinds, tmp_path):
+def test_export_of_several_contacts_is_the_package_to_the_last_bit(
+    scenario, kinds, level, tmp_path
+):
     done = export_scenario(scenario, tmp_path / "c")
     assert kinds <= {str(e.kind) for e in done.trajectory.events}
-    assert built_by_compiler(done, *STRICT, "-O1") == expected(done.trajectory)
+    assert built_by_compiler(done, *STRICT, level) == expected(done.trajectory)
     c, simulator = library(done), Simulator(model("block-two-feet"), law(scenario.law))
     values, rng = done.trajectory.parameters, np.random.default_rng(3)
     p = np.array([values[n] for n in simulator.outline.parameter_names])

@@ -37,11 +37,11 @@ def test_options_set_what_the_material_provides_and_given_numbers_win(capsys):
 
 def test_material_of_a_scenario_and_of_a_map(capsys, tmp_path):
     file = tmp_path / "case.toml"
-    file.write_text('model = "rod-bending:1,0"\nmaterial = "wood"\nparameters = { Y = 1e10 }\n')
+    file.write_text('model = "rod-bending:0,1"\nmaterial = "wood"\nparameters = { Y = 1e10 }\n')
     _, out, _ = run(capsys, "classify", file)
     assert "material wood" in out
     assert "rho = 525 kg/m^3, Y = 1e+10 Pa" in " ".join(out.split())
-    data = run_json(capsys, "map", "rod-bending:1,0", "--over", "theta,rho", "--points", "5",
+    data = run_json(capsys, "map", "rod-bending:0,1", "--over", "theta,rho", "--points", "5",
                     "--material", "chalk")  # fmt: skip
     assert data["parameters"]["Y"] == 8.6e9
 

@@ -23,7 +23,7 @@ COMMANDS = {
     "rigid": ("simulate", *ROD, "--law", "rigid", "--t-end", "0.1", "--json"),
     "two contacts": ("simulate", *FEET, "--law", "rigid", "--t-end", "0.1", "--json"),
 }
-PROGRAM = """
+WARM = """
 import json, sys
 from painleve_sym.cli import main
 code = main(sys.argv[2:])
@@ -32,28 +32,48 @@ imported = [name for name in json.loads(sys.argv[1]) if name in sys.modules]
 print(json.dumps(imported), file=sys.stderr)
 raise SystemExit(code)
 """
+COLD = """
+import json, os, sys
+import casadi, scipy, sympy
+from painleve_sym.cli import main
+folder, commands = sys.argv[1], json.loads(sys.argv[2])
+for name, command in commands.items():
+    if (child := os.fork()) == 0:
+        os.environ["PAINLEVE_CACHE"] = os.path.join(folder, name)
+        file = os.open(os.path.join(folder, f"{name}.txt"), os.O_WRONLY | os.O_CREAT)
+        os.dup2(file, 1)
+        code = main(command)
+        sys.stdout.flush()
+        os._exit(code)
+    assert os.waitpid(child, 0)[1] == 0, name
+"""
 
 
-def run(command, cache):
-    """Return what a command in a process of its own prints, and which heavy packages it imports."""
-    environment = {
-        **os.environ,
-        "PAINLEVE_CACHE": str(cache),
-        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
-    }
+def process(*arguments, **variables):
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, json.dumps(HEAVY), *command],
-        env=environment,
+        [sys.executable, "-c", *arguments],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | variables,
         capture_output=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr.decode()
-    return done.stdout, json.loads(done.stderr.splitlines()[-1])
+    return done
 
 
-@pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
-def test_second_time_a_command_imports_nothing_heavy_and_prints_the_same(command, tmp_path):
-    cold, _ = run(command, tmp_path / "cache")
-    warm, imported = run(command, tmp_path / "cache")
-    assert imported == []
-    assert warm == cold
+@pytest.fixture(scope="module")
+def cold(tmp_path_factory):
+    """Run each command with an empty cache of its own; return the folder of caches and outputs.
+
+    Their processes come from one that has imported what all of them need.
+    """
+    folder = tmp_path_factory.mktemp("cold")
+    process(COLD, str(folder), json.dumps(COMMANDS))
+    return folder
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_second_time_a_command_imports_nothing_heavy_and_prints_the_same(name, cold):
+    command = (json.dumps(HEAVY), *COMMANDS[name])
+    warm = process(WARM, *command, PAINLEVE_CACHE=str(cold / name))
+    assert json.loads(warm.stderr.splitlines()[-1]) == []
+    assert warm.stdout == (cold / f"{name}.txt").read_bytes() != b""

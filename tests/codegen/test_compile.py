@@ -244,14 +244,20 @@ __attribute__((visibility("default"))) int answer(void) { return square(%s); }
 """
 
 
-@pytest.mark.parametrize("processors", [1, 2])
-def test_parts_of_a_source_make_one_library(cache, monkeypatch, processors):
+@pytest.mark.parametrize(("level", "processors", "runs"), [("", 1, 3), ("", 2, 3), ("0", 2, 1)])
+def test_parts_of_a_source_make_one_library(cache, monkeypatch, level, processors, runs):
+    """Where nothing is optimized the compiler runs once, and reads what they share once."""
+    made, run = [], compiling._run
+    monkeypatch.setattr(compiling, "_run", lambda *words: made.append(words) or run(*words))
     monkeypatch.setattr(os, "cpu_count", lambda: processors)
+    monkeypatch.setenv("PAINLEVE_OPTIMIZE", level)
     assert load(PARTS % "6").answer() == 36
+    assert len(made) == runs
     assert len(list(cache.iterdir())) == 1
 
 
 def test_fault_in_a_part_is_shown_in_the_compilers_own_words(cache, monkeypatch):
+    monkeypatch.setenv("PAINLEVE_OPTIMIZE", "")
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     with pytest.raises(CompileError, match="undeclared_thing"):
         compiled_library(PARTS % "undeclared_thing")

@@ -172,6 +172,7 @@ def test_engines_agree_where_the_rod_hardly_presses(rate):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("optimized")
 @pytest.mark.parametrize(("name", "kind"), EVERY)
 def test_engines_agree_on_every_mechanism(name, kind):
     rng = np.random.default_rng(5)
@@ -180,6 +181,7 @@ def test_engines_agree_on_every_mechanism(name, kind):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("optimized")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_elastic_reload_of_one_coordinate_ends_where_it_began(engine):
     """Whether the force reaches its largest value again is then decided by round-off.

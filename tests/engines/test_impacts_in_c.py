@@ -105,11 +105,12 @@ def test_newtons_law_in_c_gives_back_e_of_a_slow_approach_that_is_no_rounding(mu
     assert ended and velocity[0] == (-0.5 * v_n if v_n < -1e-14 else 0.0)
 
 
-def test_with_e_1_every_contact_gives_back_all_that_it_stored():
+@pytest.mark.parametrize("count", [2_000, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_with_e_1_every_contact_gives_back_all_that_it_stored(count):
     """Energetic law: also a contact that the others press again after they had lifted it."""
     rng = np.random.default_rng(8)
     jams = 0
-    for k in range(10_000):
+    for k in range(count):
         n = 2 + k % 2
         W, mu, v, held = scene(rng, n, KINDS[k % len(KINDS)], guided=False)
         load_ = rng.normal(size=2 * n)
@@ -119,7 +120,7 @@ def test_with_e_1_every_contact_gives_back_all_that_it_stored():
             continue
         speed = np.max(np.abs(v)) + np.max(np.abs(W) @ np.abs(impulse))
         assert np.max(np.abs(work[::2])) <= 1e-9 * np.max(np.abs(impulse)) * speed, (W, mu, v)
-    assert jams < 1_000
+    assert jams < count / 10
 
 
 # ---- within runs ----

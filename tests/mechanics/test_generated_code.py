@@ -18,7 +18,7 @@ from tests.mechanics.forced import accelerations, directions, forced_automaton, 
 
 LONG = ("two-link-arm", "pr-robot", "block")
 """Whose compliant automata take many seconds to derive and compile."""
-BELTS = [n for n in SOFTENED if derived(n).contact.surface_speed != 0]
+BELTS = ("strut", "two-link-arm")
 
 
 def _point(mechanism):
@@ -97,6 +97,7 @@ def test_mechanism_moves_softened_from_its_start_and_keeps_its_energy(name):
     run = simulator.run(mechanism.start, t_end=4e-3)
     assert run.stop_reason is StopReason.T_END
     assert run.energy_residual < 1e-8
+    assert (mechanism.contact.surface_speed != 0) == (name in BELTS)
     assert max(e.compression for e in run.events) > 0
     # The extra states follow the coordinates they are computed from.
     at = {s: run.final[s.name] for s in (*mechanism.system.q, *mechanism.system.q_dot)}

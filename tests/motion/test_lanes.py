@@ -146,6 +146,7 @@ def test_rows_in_lanes_are_the_single_runs_of_another_compiler(monkeypatch, tmp_
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("optimized")
 @pytest.mark.parametrize("width", [2, 4, 8])
 def test_vectors_of_any_width_give_the_same_bits(softened, width, monkeypatch):
     class Wide(TaylorEngine):
@@ -165,6 +166,7 @@ def test_vectors_of_any_width_give_the_same_bits(softened, width, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("optimized")
 def test_bits_of_the_arm_do_not_depend_on_lanes(monkeypatch):
     arm = Simulator(model("two-link-arm"), paper_law(reload="virgin"), "taylor")
     draw = np.random.default_rng(13)

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray
 
 import painleve_sym as ps
 from painleve_sym.codegen.tape import Tape, TapeOutputs
@@ -195,6 +194,8 @@ def again_from(attributes):
     ids=["virgin", "pressed", "mixed"],
 )
 def test_netcdf_file_of_a_motion_computes_it_again(tmp_path, mechanism, law, state, options):
+    import xarray
+
     run = ps.simulate(mechanism, law, state, **options)
     run.save(tmp_path / "run.npz")
     for number, motion in enumerate((run, ps.Trajectory.load(tmp_path / "run.npz"))):

@@ -233,9 +233,9 @@ def test_stepping_keeps_the_energy_of_a_sprung_table_in_flight():
 @pytest.mark.parametrize(
     ("engine", "restitution"),
     [
-        ("taylor", "newton"),
+        ("compiled", "newton"),
+        pytest.param("taylor", "newton", marks=pytest.mark.slow),
         pytest.param("taylor", "energetic", marks=pytest.mark.slow),
-        pytest.param("compiled", "newton", marks=pytest.mark.slow),
         pytest.param("compiled", "energetic", marks=pytest.mark.slow),
     ],
 )

@@ -27,7 +27,10 @@ def bounce() -> Trajectory:
     return simulate("rod", "bilinear-hertz", {"y_A": 0.05, "theta": 1.0}, t_end=0.2)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow if n == "rod-bending" else ()) for n in MODELS],
+)
 def test_every_named_mechanism_has_a_film(name, tmp_path):
     run = simulate(name, "rigid", None, t_end=0.05)
     run.animate(duration=0.2, width=200).save(tmp_path / "film.gif")

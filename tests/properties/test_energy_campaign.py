@@ -21,12 +21,6 @@ SAMPLE = [
 """Cases whose libraries other tests compile, too."""
 
 
-@pytest.fixture(autouse=True)
-def quick_compilation(monkeypatch):
-    """Libraries of many cases, each for a few motions: also the slow tests compile them quickly."""
-    monkeypatch.setenv("PAINLEVE_OPTIMIZE", "0")
-
-
 def residuals(name, kind, choices, engine, count):
     sim = simulator(name, kind, choices, engine)
     for i, given in enumerate(motions(sim, count)):

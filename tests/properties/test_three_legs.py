@@ -16,12 +16,6 @@ CLOSED = 1e-8
 RIGID = ("rigid",) * 3
 
 
-@pytest.fixture(autouse=True)
-def quick_compilation(monkeypatch):
-    """Libraries of many cases, each for a few motions: also the slow tests compile them quickly."""
-    monkeypatch.setenv("PAINLEVE_OPTIMIZE", "0")
-
-
 def stopped(laws, engine, count, seed=1):
     """Return which of the motions, mirror images and motions in other units end otherwise."""
     plain, mirrored = table(laws, engine), table(laws[::-1], engine)

@@ -1,10 +1,7 @@
 """Continuation, derivatives and growth: orders in the stiffness, and two other ways to the same."""
 
-import csv
 import math
 import re
-import runpy
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -192,15 +189,3 @@ def test_page_prints_the_forces_that_are_computed(finder):
     for value in values:
         assert f"{value:.9f}" in PAGE
     assert f"{finder.analysis.at(TABLE_4).force:.9f}" in PAGE
-
-
-@pytest.mark.slow
-def test_study_writes_its_tables_and_figures(tmp_path, monkeypatch, capsys):
-    script = ROOT / "examples" / "studies" / "critical_force" / "study.py"
-    monkeypatch.setattr(sys, "argv", ["study.py", str(tmp_path)])
-    runpy.run_path(str(script), run_name="__main__")
-    assert "expected -0.8503" in capsys.readouterr().out
-    with (tmp_path / "convergence.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert float(rows[-1]["third"]) < 1e-8
-    assert (tmp_path / "critical-force-convergence.png").stat().st_size > 1e4

@@ -17,8 +17,6 @@ from painleve_sym.study.sweeps.store import Store
 from painleve_sym.study.sweeps.sweep import Sweep
 from tests.study.sweep_cases import SAMPLED, SMALL
 
-distributed = pytest.importorskip("distributed")
-
 # Sockets and loops that the cluster's own threads close late are not what is tested.
 pytestmark = [
     pytest.mark.filterwarnings("ignore::ResourceWarning"),
@@ -27,13 +25,19 @@ pytestmark = [
 ]
 
 
+@pytest.fixture(scope="module")
+def distributed():
+    """Return the package, which is not imported where none of these tests runs."""
+    return pytest.importorskip("distributed")
+
+
 def result(sweep: Sweep, out: Path, **options) -> bytes:
     run_sweep(sweep, out, **options)
     return out.read_bytes()
 
 
 @pytest.mark.parametrize("text", [SMALL, SAMPLED])
-def test_a_cluster_gives_the_same_file_bit_for_bit(tmp_path, text):
+def test_a_cluster_gives_the_same_file_bit_for_bit(tmp_path, text, distributed):
     sweep = Sweep.from_text(text, "small.toml")
     alone = result(sweep, tmp_path / "alone.npz", threads=1)
     with distributed.LocalCluster(
@@ -59,7 +63,7 @@ def test_what_is_no_address_is_an_error_before_anything_runs(tmp_path, address):
     assert not list(tmp_path.iterdir())
 
 
-def test_workers_may_join_later(tmp_path):
+def test_workers_may_join_later(tmp_path, distributed):
     sweep = Sweep.from_text(SMALL, "small.toml")
     alone = result(sweep, tmp_path / "alone.npz", threads=1)
     with distributed.LocalCluster(
@@ -74,7 +78,7 @@ def test_workers_may_join_later(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_killed_worker_process_loses_nothing(tmp_path, monkeypatch):
+def test_a_killed_worker_process_loses_nothing(tmp_path, monkeypatch, distributed):
     text = SMALL.replace("points = 4", "points = 200").replace("chunk = 10", "chunk = 50")
     sweep = Sweep.from_text(text, "small.toml")
     alone = result(sweep, tmp_path / "alone.npz", threads=1)
