@@ -10,9 +10,9 @@ from hypothesis import settings
 # levels, as the fixture `optimized`, the scripts of studies and the benchmarks do.
 os.environ.setdefault("PAINLEVE_OPTIMIZE", "0")
 
-# Deterministic examples: a failure is caused by the change, not by sampling.
-settings.register_profile("repeatable", derandomize=True, print_blob=True)
-settings.register_profile("explore", print_blob=True)
+# Deterministic examples: a failure is caused by the change, not by sampling or by a busy machine.
+settings.register_profile("repeatable", derandomize=True, print_blob=True, deadline=None)
+settings.register_profile("explore", print_blob=True, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
