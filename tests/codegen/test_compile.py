@@ -246,13 +246,13 @@ __attribute__((visibility("default"))) int answer(void) { return square(%s); }
 
 @pytest.mark.parametrize(("level", "processors", "runs"), [("", 1, 3), ("", 2, 3), ("0", 2, 1)])
 def test_parts_of_a_source_make_one_library(cache, monkeypatch, level, processors, runs):
-    """Where nothing is optimized the compiler runs once, and reads what they share once."""
-    made, run = [], compiling._run
-    monkeypatch.setattr(compiling, "_run", lambda *words: made.append(words) or run(*words))
+    """One run of the compiler where nothing is optimized: it reads what they share once."""
+    commands, run = [], compiling._run
+    monkeypatch.setattr(compiling, "_run", lambda *words: commands.append(words) or run(*words))
     monkeypatch.setattr(os, "cpu_count", lambda: processors)
     monkeypatch.setenv("PAINLEVE_OPTIMIZE", level)
     assert load(PARTS % "6").answer() == 36
-    assert len(made) == runs
+    assert len(commands) == runs
     assert len(list(cache.iterdir())) == 1
 
 
