@@ -323,10 +323,16 @@ class RobotContact:
         -------
         ndarray, shape (3, 3, ...)
             Rows n, t1, t2; 1/kg.
+
+        Raises
+        ------
+        InputError
+            Without `joints`: the mass matrix is singular at the pose.
         """
-        values = {**self.values, **(joints or {})}
-        numbers = self._delassus.at_each(values) if joints else self._delassus.at(self.values)
-        return self.in_question(numbers)[0]
+        if not joints:
+            self._check_mass()
+            return self.in_question(self.numbers())[0]
+        return self.in_question(self.numbers_at({**self.values, **joints}))[0]
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -449,12 +455,11 @@ class RobotContact:
         Raises
         ------
         InputError
-            Where the contact cannot move along its normal.
+            Where the contact cannot move along its normal, or the mass matrix is singular.
         """
         if mu is not None:
             mu = number(mu, "mu", where="robot", lower=0.0)
         W = self.mobility()
-        self._check_mass()
         if not W[0, 0] > _SINGULAR * np.trace(W):
             raise InputError(
                 f"robot: contact {self.dynamics.contacts[0].frame!r} cannot move along the normal "
@@ -478,7 +483,7 @@ class RobotContact:
         )
 
     def _check_mass(self) -> None:
-        """Raise where the mass matrix is singular, to whose rounding W then belongs."""
+        """Raise where the mass matrix is singular at the pose: W is its rounding then."""
         names, arguments = self.dynamics.velocities, self.dynamics.outline.argument_names
         places = [f"M_{i}_{k}" for i in range(len(names)) for k in range(len(names))]
         function = quantities(

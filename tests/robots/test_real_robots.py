@@ -179,3 +179,57 @@ def test_leg_is_proved_over_a_box(study, folder, title, mu):
     assert len(over) == 3
     proof = prove_positive(contact.positive_function(over, mu)[0], over, title)
     assert proof.verdict == "proved" and check(proof.certificate) == proof.pieces <= 3
+
+
+def independent_mobility(pin, path, contact):
+    """Return the mobility by Pinocchio, whose joints that mimic are independent before."""
+    tree = contact.dynamics.tree
+    base = [pin.JointModelFreeFlyer()] if tree.floating else []
+    model = pin.buildModelFromUrdf(str(path), *base)
+    data, position = model.createData(), pin.neutral(model)
+
+    def joint(name):
+        return model.joints[model.getJointId(name)]
+
+    for name in tree.joints:
+        own, value = joint(name), contact.values[name]
+        values = value if own.nq == 1 else (np.cos(value), np.sin(value))
+        position[own.idx_q : own.idx_q + own.nq] = values
+    rates, follows = np.eye(model.nv), []
+    for body in tree.bodies:
+        if body.joint is not None and (leader := body.joint.mimic) is not None:
+            own, other = joint(body.joint.name), joint(leader.joint)
+            position[own.idx_q] = leader.factor * contact.values[leader.joint] + leader.offset
+            rates[own.idx_v] = leader.factor * rates[other.idx_v]
+            follows.append(own.idx_v)
+    rates = np.delete(rates, follows, axis=1)
+    mass = pin.crba(model, data, position)
+    mass = rates.T @ (np.triu(mass) + np.triu(mass, 1).T) @ rates
+    pin.computeJointJacobians(model, data, position)
+    pin.updateFramePlacements(model, data)
+    frame = model.getFrameId(contact.dynamics.contacts[0].frame)
+    world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    jacobian = (pin.getFrameJacobian(model, data, frame, world)[:3] @ rates)[[2, 0, 1]]
+    return jacobian @ np.linalg.solve(mass, jacobian.T)
+
+
+def test_every_robot_of_the_data_has_the_mobility_of_pinocchio_or_a_sentence(folder):
+    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    compared = refused = 0
+    for path in sorted(folder.rglob("*.urdf")):
+        try:
+            robot = ps.robot(path)
+            parents = {body.parent for body in robot.tree.bodies}
+            ends = [b.name for i, b in enumerate(robot.tree.bodies) if i not in parents]
+            contact = robot.contact(ends[-1])
+            mobility = contact.mobility()
+        except InputError as error:
+            refused += 1
+            assert "\n" not in str(error)
+            continue
+        expected = independent_mobility(pin, path, contact)
+        size = np.abs(expected).max()
+        np.testing.assert_allclose(mobility, expected, rtol=0, atol=1e-9 * size, err_msg=path.name)
+        compared += 1
+    assert compared >= 60
+    assert refused <= 8

@@ -321,3 +321,30 @@ def test_thousand_poses_of_a_quadruped_take_less_than_a_fifth_of_a_second():
         contact.thresholds(poses)
         taken.append(time.process_time() - start)
     assert min(taken) < 0.2
+
+
+def test_singular_mass_matrix_is_an_error_of_every_number(tmp_path):
+    """The shaft slides along its axis, about which it turns no inertia."""
+    body = '<inertial><origin xyz="0 0 0.5"/><mass value="1"/>{}</inertial>'
+    inertia = '<inertia ixx="0.1" iyy="0.1" izz="{}" ixy="0" ixz="0" iyz="0"/>'
+    joint = (
+        '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+    )
+    for izz, singular in ((0.0, True), (0.1, False)):
+        file = tmp_path / "shaft.urdf"
+        file.write_text(
+            '<robot name="shaft"><link name="world"/>'
+            f'<link name="slide">{body.format(inertia.format(0.1))}</link>'
+            f'<link name="shaft">{body.format(inertia.format(izz))}</link>'
+            f"{joint.format('slides', 'prismatic', 'world', 'slide')}"
+            f"{joint.format('turns', 'revolute', 'slide', 'shaft')}</robot>"
+        )
+        contact = ps.robot(file).contact("shaft", point=(0.1, 0.0, 0.0))
+        numbers = (contact.mobility, contact.risk, lambda c=contact: c.classify(0.5))
+        for number in numbers:
+            if singular:
+                with pytest.raises(ps.InputError, match="'turns' turns links without inertia"):
+                    number()
+            else:
+                number()
