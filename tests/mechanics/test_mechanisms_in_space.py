@@ -438,7 +438,6 @@ def test_bodies_in_the_plane_and_in_space_do_not_mix():
         ["simulate", "rod-3d", "--law", "rigid", "--t-end", "0.1"],
         ["simulate", "rod-3d", "--law", "hertz", "--t-end", "0.1"],
         ["critical", "rod-3d"],
-        ["contrast", "rod-3d"],
         ["automaton", "rod-3d", "--law", "rigid"],
         ["export", "rod-3d", "--law", "rigid", "--out", "folder"],
         ["explore", "rod-3d", "--out", "page.html"],
