@@ -64,7 +64,7 @@ def test_what_is_no_unit_of_the_kind_is_refused_with_the_unit_needed(text, unit)
     assert len(str(caught.value)) < 300
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(text=st.text(alphabet="0123456789.eE+-*/^ ()_[]{}'\";:,mkgsradNJ°μ\n", max_size=40))
 def test_any_text_is_a_number_or_an_input_error(text):
     for convert in (in_unit, factor):

@@ -92,7 +92,7 @@ def test_names_of_the_generated_code_are_known(case):
 
 
 @pytest.mark.slow
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_every_name_works_or_is_refused(case, tmp_path_factory, data):
     known = prefixes(case)

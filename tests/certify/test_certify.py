@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import casadi as ca
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from painleve_sym.certify.checker import Polynomials, Rejected, check, digest, halves
@@ -101,7 +101,6 @@ def test_taylor_model_is_within_its_error_of_exact_values(a, b, s, t, make, degr
     assert Fraction(polynomials.lowest(model)) <= value
 
 
-@settings(deadline=None)  # The first call imports flint.
 @given(SIDES, SIDES, SHARES, SHARES, st.sampled_from(SMOOTH), st.integers(1, 6))
 def test_bounds_of_both_arithmetics_are_below_every_value(a, b, s, t, make, degree):
     f, box = function(make), (a, b)

@@ -148,7 +148,7 @@ def _grow(inner):
     )
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     expr=st.recursive(LEAVES, _grow, max_leaves=8),
     point=st.tuples(*[st.floats(-2, 2)] * 3),

@@ -169,7 +169,7 @@ def test_solve_all_refuses_too_many_pairs():
         solve_all(LCP(np.eye(n), np.ones(n)))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(problems())
 @example(([[0, 1, 0], [-1, 1, 0], [3, 0, -1]], [0, 1, 0]))  # rounding leaves z_2 = 1e-17
 def test_solve_all_agrees_with_rational_arithmetic_for_small_integers(problem):
@@ -186,7 +186,6 @@ def test_solve_all_agrees_with_rational_arithmetic_for_small_integers(problem):
             assert among(s.z, vertices)
 
 
-@settings(deadline=None)
 @given(problems(st.integers(2, 3)), st.randoms(use_true_random=False))
 def test_solve_all_is_unchanged_under_renumbering(problem, random):
     matrix, offset = (np.array(part, dtype=float) for part in problem)
@@ -198,7 +197,6 @@ def test_solve_all_is_unchanged_under_renumbering(problem, random):
     assert all(among(s.z[order], [r.z for r in renumbered]) for s in direct)
 
 
-@settings(deadline=None)
 @given(dominant_problems())
 def test_solve_all_finds_exactly_one_for_p_matrices(problem):
     assert is_p_matrix(problem[0])

@@ -15,7 +15,7 @@ from painleve_sym.complementarity.lcp import ENUMERATION_LIMIT, RESIDUAL_TOLERAN
 from tests.complementarity.rational import among, dominant_problems, exact_vertices, problems
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(problems())
 @example(([[0, -1, 0], [1, 1, 0], [0, 0, 0]], [0, -1, 0]))  # the same, in the last basis
 def test_solve_lemke_answers_from_the_enumerated_set(problem):
@@ -32,13 +32,11 @@ def test_solve_lemke_answers_from_the_enumerated_set(problem):
         assert among(result.solution.z, [s.z for s in everything])
 
 
-@settings(deadline=None)
 @given(dominant_problems())
 def test_solve_lemke_succeeds_for_p_matrices(problem):
     assert solve_lemke(LCP(*problem)).status is LemkeStatus.SOLVED
 
 
-@settings(deadline=None)
 @given(problems())
 def test_solve_lemke_decides_existence_for_semidefinite_matrices(problem):
     factor, offset = problem
@@ -107,7 +105,6 @@ def test_solve_lemke_solves_beyond_the_enumeration_limit():
     assert result.solution.residual < 1e-12
 
 
-@settings(deadline=None)
 @given(problems())
 def test_is_copositive_implies_that_lemke_solves_when_strict(problem):
     if is_copositive(problem[0], strict=True):

@@ -132,7 +132,7 @@ def test_solve_mpcc_prints_nothing_for_any_outcome(problem, capfd):
 entries = st.integers(-3, 3)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(1, 3), st.data())
 def test_solve_mpcc_never_claims_more_than_it_verified(n, data):
     row = st.lists(entries, min_size=n, max_size=n)

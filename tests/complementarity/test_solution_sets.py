@@ -27,7 +27,7 @@ def singular_faces(draw):
     return block, goal, rows, start
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(singular_faces())
 def test_affine_face_agrees_with_itself_when_quick(face):
     block, goal, rows, start = face

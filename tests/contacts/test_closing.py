@@ -16,7 +16,7 @@ from painleve_sym.contacts.closing import closed_state, closed_states
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
 PLACE = st.floats(-1.0, 1.0)
-QUICK = settings(deadline=None, max_examples=25)
+QUICK = settings(max_examples=25)
 
 
 def closed(name, close, state=(), **parameters):

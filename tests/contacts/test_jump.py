@@ -111,7 +111,7 @@ def _numbers(mechanism, state, parameters):
     return *arrays, np.array([values[v] for v in system.q_dot])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(impact=IMPACTS, e=RESTITUTION)
 def test_jump_ends_sticking_with_the_velocity_of_the_law(impact, e):
     mechanism, state, parameters = impact
@@ -130,7 +130,7 @@ def test_jump_ends_sticking_with_the_velocity_of_the_law(impact, e):
     assert third.normal_velocity >= 0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(impact=IMPACTS, e=RESTITUTION)
 def test_jump_never_adds_energy(impact, e):
     mechanism, state, parameters = impact
@@ -145,7 +145,7 @@ def test_jump_never_adds_energy(impact, e):
     assert math.isclose(result.energy_change, change, abs_tol=1e-10 * (1 + max(kinetic)))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(impact=IMPACTS, e=RESTITUTION, law=st.sampled_from(sorted(RESTITUTIONS)))
 def test_jump_balances_momentum_in_every_phase(impact, e, law):
     mechanism, state, parameters = impact
@@ -289,7 +289,7 @@ def test_jump_that_ends_sticking_leaves_no_slip_behind(name):
     assert result.slip == (-1 if state.get("x_A_dot") else 0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(impact=IMPACTS, e=RESTITUTION, law=st.sampled_from(sorted(RESTITUTIONS)))
 def test_jump_of_three_phases_equals_the_complete_solution(impact, e, law):
     mechanism, state, parameters = impact

@@ -88,19 +88,19 @@ def compared(seed, n, held, law):
     assert nearest < 1e-7 * size
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(SEED, LAW)
 def test_derivatives_of_two_contacts_of_one_body_are_differences(seed, law):
     compared(seed, 2, 0, law)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(SEED, LAW)
 def test_derivatives_of_three_contacts_are_differences(seed, law):
     compared(seed, 3, 0, law)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(SEED, LAW)
 def test_derivatives_beside_a_guide_are_differences(seed, law):
     compared(seed, 2, 1, law)

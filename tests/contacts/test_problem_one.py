@@ -166,7 +166,7 @@ def test_a_slip_is_exactly_zero_for_a_difference_of_rounded_terms():
 # --- properties -------------------------------------------------------------------------------
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(contacts())
 def test_solutions_agree_with_mode_analysis_for_rational_data(data):
     expected = mode_analysis(*data)
@@ -186,7 +186,7 @@ def test_solutions_agree_with_mode_analysis_for_rational_data(data):
         assert s.isolated
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(contacts())
 def test_solutions_swap_slip_directions_under_reflection(data):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = map(float, data)
@@ -201,7 +201,6 @@ def test_solutions_swap_slip_directions_under_reflection(data):
         assert np.allclose(forces, mirrored, rtol=1e-9)
 
 
-@settings(deadline=None)
 @given(contacts(slip=st.sampled_from([-1, 1])))
 def test_case_counts_the_solutions_while_slipping(data):
     problem = built(data)
@@ -216,13 +215,11 @@ def test_case_counts_the_solutions_while_slipping(data):
         assert (solutions[0].mode is ContactMode.LIFTOFF) == (problem.case is ContactCase.LIFTOFF)
 
 
-@settings(deadline=None)
 @given(contacts(slip=st.just(0), definite=True))
 def test_contact_problem_is_never_inconsistent_at_rest_for_definite_mobility(data):
     assert built(data).case is not ContactCase.INCONSISTENT
 
 
-@settings(deadline=None)
 @given(contacts(), st.integers(-30, 30))
 def test_solutions_scale_with_the_accelerations(data, power):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = map(float, data)
@@ -234,7 +231,6 @@ def test_solutions_scale_with_the_accelerations(data, power):
             assert t.normal_force == s.normal_force * 2.0**power
 
 
-@settings(deadline=None)
 @given(contacts(slip=st.just(0), definite=True), st.floats(-1e-13, 1e-13))
 def test_solutions_survive_rounding_of_the_data(data, noise):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = map(float, data)
@@ -270,7 +266,7 @@ def test_solution_from_refuses_a_scalar_solution_at_rest():
         rod(0.5, 1.0, slip_velocity=0.0).solution_from(slipping)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(contacts(), st.integers(-8, 0))
 def test_solutions_are_those_of_the_lcp(data, power):
     *rest, mu, v = data

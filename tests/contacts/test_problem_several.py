@@ -153,7 +153,7 @@ def test_solve_lemke_reports_the_step_limit_when_pivots_run_out():
 # --- properties -------------------------------------------------------------------------------
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(contact_sets())
 def test_solutions_agree_with_rational_arithmetic_for_small_integers(data):
     problem = built(data)
@@ -171,7 +171,7 @@ def test_solutions_agree_with_rational_arithmetic_for_small_integers(data):
             assert among(s.forces, expected)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(contact_sets(sizes=st.just(2)))
 def test_solutions_agree_with_the_enumeration_of_the_lcp(data):
     problem = built(data)
@@ -193,7 +193,7 @@ def test_solutions_agree_with_the_enumeration_of_the_lcp(data):
     assert all(among(F, everything) for F in read)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(contact_sets(sizes=st.integers(1, 3)))
 def test_solve_lemke_answers_from_the_enumerated_set(data):
     problem = built(data)
@@ -218,14 +218,14 @@ ON_EDGE = (
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(contact_sets(sizes=st.integers(1, 3), slip=st.just(0), definite=True))
 @example(ON_EDGE)
 def test_solve_lemke_succeeds_at_rest_for_definite_mobility(data):
     assert built(data).solve_lemke().status is LemkeStatus.SOLVED
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(contact_sets())
 def test_solutions_swap_slip_directions_under_reflection(data):
     problem = built(data)
@@ -242,7 +242,7 @@ def test_solutions_swap_slip_directions_under_reflection(data):
     )
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(contact_sets(sizes=st.integers(2, 3)), st.randoms(use_true_random=False))
 def test_solutions_permute_with_the_contacts(data, random):
     problem = built(data)
@@ -262,7 +262,7 @@ def test_solutions_permute_with_the_contacts(data, random):
     )
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(contact_sets(), st.integers(-30, 30))
 def test_solutions_scale_with_the_accelerations(data, power):
     problem, unit = built(data), 2.0**power
@@ -273,7 +273,7 @@ def test_solutions_scale_with_the_accelerations(data, power):
             assert np.array_equal(unit * s.forces, t.forces)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(contact_sets(), st.lists(st.integers(-20, 20), min_size=2, max_size=2))
 def test_solutions_do_not_depend_on_the_size_of_each_contact(data, powers):
     problem = built(data)

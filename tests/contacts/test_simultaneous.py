@@ -93,21 +93,21 @@ def check(W, mu, v, law, e, impact) -> None:
         assert np.allclose(released, e**2 * stored, rtol=1e-7, atol=1e-9 * work)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(impacts(), unit, LAW)
 def test_impact_obeys_momentum_cone_slip_and_law(impact, e, law):
     W, mu, v = impact
     check(W, mu, v, law, e, solve_simultaneous_impact(W, mu, v, law, e))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(impacts(contacts=3), unit, LAW)
 def test_impact_of_three_contacts_obeys_the_same(impact, e, law):
     W, mu, v = impact
     check(W, mu, v, law, e, solve_simultaneous_impact(W, mu, v, law, e))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(impacts_at_rest(), unit, st.sampled_from(NEVER_GAINS))
 def test_impact_on_firm_ground_never_gains_energy(impact, e, law):
     W, mu, v = impact
@@ -133,7 +133,7 @@ def test_no_gain_in_a_sweep_of_ladders_and_blocks():
     assert jams <= 10
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(impacts_at_rest(), unit)
 def test_newtons_law_gains_what_friction_returns_beyond_what_restitution_loses(impact, e):
     """ΔT = Σ (P_t (v_t⁺ + v_t⁻) − (1 − e) P_n |v_n⁻|)/2, by hand from v⁺ − v⁻ = W P."""
@@ -150,7 +150,7 @@ def test_newtons_law_gains_what_friction_returns_beyond_what_restitution_loses(i
         assert change <= 1e-9 * energy(W, v)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(impacts_at_rest(), unit)
 def test_newtons_law_gains_nothing_without_friction(impact, e):
     W, _, v = impact
@@ -210,7 +210,7 @@ def test_the_ladder_that_gained_energy_loses_it():
     assert energy(W, impact.velocities) < energy(W, v)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     st.floats(0.1, 10),
     st.floats(0.1, 10),
@@ -290,7 +290,7 @@ def test_the_path_agrees_with_small_steps():
         assert np.max(np.abs(stepped - impact.velocities)) <= bound
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(impacts(), unit, LAW, st.floats(-6, 6), st.floats(-6, 6))
 def test_units_of_mass_length_and_time_change_nothing(impact, e, law, mass, velocity):
     W, mu, v = impact
@@ -302,7 +302,7 @@ def test_units_of_mass_length_and_time_change_nothing(impact, e, law, mass, velo
     np.testing.assert_allclose(there.velocities / u, here.velocities, atol=1e-6 * size)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(impacts(), unit, LAW, st.integers(-300, 300), st.integers(-300, 300))
 def test_powers_of_two_change_no_digit(impact, e, law, mass, velocity):
     W, mu, v = impact
@@ -312,7 +312,7 @@ def test_powers_of_two_change_no_digit(impact, e, law, mass, velocity):
     np.testing.assert_array_equal(np.ldexp(there.impulses, -velocity - mass), here.impulses)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(impacts(), unit, LAW)
 def test_the_mirror_image_is_the_mirrored_impact(impact, e, law):
     W, mu, v = impact
@@ -324,7 +324,7 @@ def test_the_mirror_image_is_the_mirrored_impact(impact, e, law):
     np.testing.assert_allclose(there.velocities * S, here.velocities, atol=1e-7 * size)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(impacts(), unit, LAW)
 def test_the_order_of_contacts_changes_nothing(impact, e, law):
     W, mu, v = impact
@@ -336,7 +336,7 @@ def test_the_order_of_contacts_changes_nothing(impact, e, law):
     np.testing.assert_allclose(there.velocities[order], here.velocities, atol=1e-7 * size)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(impacts_at_rest(), st.sampled_from(NEVER_GAINS))
 def test_without_friction_and_with_e_1_no_energy_is_lost_by_the_energetic_law(impact, law):
     W, _, v = impact

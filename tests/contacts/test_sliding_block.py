@@ -41,7 +41,6 @@ def test_matrix_has_the_closed_form(data, mu):
     assert np.linalg.det(A) == pytest.approx(4 * b**2 / (m * J), rel=1e-6)
 
 
-@settings(deadline=None)
 @given(blocks, st.floats(0.01, 0.99), st.booleans(), st.sampled_from([-1.0, 1.0]))
 def test_matrix_is_p_exactly_below_the_critical_friction(data, ratio, above, slip_velocity):
     factor = 1 / ratio if above else ratio
@@ -50,7 +49,6 @@ def test_matrix_is_p_exactly_below_the_critical_friction(data, ratio, above, sli
     assert (problem.uniqueness() is Uniqueness.UNIQUE_FOR_ALL) is not above
 
 
-@settings(deadline=None)
 @given(blocks, st.floats(0.0, 0.99))
 def test_both_feet_carry_the_weight_below_the_tipping_friction(data, ratio):
     m, J, b, h = data
@@ -63,7 +61,6 @@ def test_both_feet_carry_the_weight_below_the_tipping_friction(data, ratio):
     )
 
 
-@settings(deadline=None)
 @given(blocks, st.floats(0.02, 0.98))
 def test_the_block_tips_over_its_leading_foot_between_the_two_frictions(data, part):
     m, J, b, h = data
@@ -105,7 +102,7 @@ def test_uniqueness_is_lost_at_the_critical_friction_for_a_lifted_block():
     assert jammed.modes == JAM
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(blocks, st.floats(0.02, 0.9), st.floats(-10, 10), st.sampled_from([-1.0, 1.0]))
 def test_above_the_limit_there_are_two_solutions_or_none(data, ratio, behind, ahead):
     # Two where the leading foot would lift (b_2 > 0) and b_1 > A_12 b_2 / A_22, else none.
@@ -122,7 +119,6 @@ def test_above_the_limit_there_are_two_solutions_or_none(data, ratio, behind, ah
         assert jam.normal_forces[1] == pytest.approx(-ahead / A[1, 1])
 
 
-@settings(deadline=None)
 @given(blocks, st.floats(0.0, 5.0), st.floats(-10, 10), st.floats(-10, 10))
 def test_reversing_the_slip_exchanges_the_feet(data, mu, first, second):
     right = block(*data, mu, 1.0, (first, second)).solutions()
@@ -143,7 +139,6 @@ def test_a_homogeneous_block_has_the_critical_friction_of_a_rod(ratio):
     assert limit >= 4 / 3 - 1e-12
 
 
-@settings(deadline=None)
 @given(blocks, st.floats(0.1, 0.9), st.floats(0.1, 10.0))
 def test_above_the_limit_the_two_solutions_merge_on_the_border(data, ratio, load):
     mu = critical_friction(*data) / ratio

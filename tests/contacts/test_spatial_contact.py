@@ -9,7 +9,7 @@ from collections import Counter
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize
 
@@ -153,7 +153,6 @@ def test_a_singular_mobility_may_have_none_or_a_continuum():
 # ---- invariance ----
 
 
-@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-7, 7), st.booleans())
 def test_turning_the_tangents_changes_nothing(seed, angle, slides):
     rng = np.random.default_rng(seed)
@@ -170,7 +169,6 @@ def test_turning_the_tangents_changes_nothing(seed, angle, slides):
     assert other.least_over_normals == pytest.approx(answer.least_over_normals, rel=1e-6)
 
 
-@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(-40, 40), st.integers(-60, 60))
 def test_other_units_change_nothing(seed, mass, time):
     """Powers of four and two as units: the same bits."""
@@ -181,7 +179,6 @@ def test_other_units_change_nothing(seed, mass, time):
     assert np.array_equal(forces_of(other), forces_of(answer) * (b_unit / W_unit))
 
 
-@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([-1.0, 0.0, 1.0]))
 def test_a_plane_of_symmetry_is_the_planar_contact(seed, slip):
     W, b, mu = random_problem(np.random.default_rng(seed))
@@ -236,7 +233,6 @@ def normal_first(normal):
     return (full * np.sign(full[:, 0] @ normal)).T
 
 
-@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_no_normal_has_a_smaller_critical_friction(seed):
     rng = np.random.default_rng(seed)
@@ -278,7 +274,6 @@ def test_equal_mobilities_have_no_paradox():
 # ---- theorems of slip ----
 
 
-@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_slip_slows_down_in_the_paradox(seed):
     """A(φ) < 0 implies k(φ) = e·(w - μ T e) < 0: a minor of W."""

@@ -89,7 +89,7 @@ TWICE = (
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(contact_sets(sizes=st.integers(1, 3), slip=sliding))
 @example(COPOSITIVE)
 def test_uniqueness_is_the_p_property_while_sliding(data):
@@ -102,7 +102,7 @@ def test_uniqueness_is_the_p_property_while_sliding(data):
         assert (promised is Uniqueness.SOLVABLE_FOR_ALL) == strict
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(contact_sets(sizes=st.integers(1, 3), definite=True))
 @example(TWICE)
 def test_solutions_keep_the_promise(data):
@@ -114,7 +114,7 @@ def test_solutions_keep_the_promise(data):
         assert solutions
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(contact_sets(sizes=st.integers(1, 2), slip=sliding, definite=True), st.data())
 def test_p_matrices_have_exactly_one_solution_for_any_offset(data, draw):
     # Small friction keeps the matrix near the positive definite W_nn.
@@ -151,7 +151,7 @@ def test_no_promise_of_uniqueness_is_missed(directions):
     assert Uniqueness.UNIQUE_FOR_ALL in kinds and len(kinds) > 1
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(contact_sets(sizes=st.just(1)))
 def test_uniqueness_agrees_with_the_closed_conditions_of_one_contact(data):
     problem = built(data)

@@ -97,7 +97,7 @@ def integrals():
     return TaylorEngine(automaton((X, *states), (mode,), (N,)))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(x0=st.floats(0.5, 3.0), n=st.floats(0.3, 4.0))
 @example(x0=1.0, n=1.764)
 @example(x0=3.0, n=0.3)
@@ -229,7 +229,7 @@ def through_bumps(kind, width, start, t_end):
 
 
 @pytest.mark.parametrize("kind", BUMPS)
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(
     exponent=st.floats(-5, 0),
     start=st.floats(0.5, 1.5) | st.floats(-1.5, -0.5),
@@ -301,7 +301,7 @@ def test_force_of_a_dip_shorter_than_a_step_is_not_left_out(n, start):
 # ---- events ----
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(phase=st.floats(0, 6.28), width=st.floats(1e-4, 3.0))
 def test_crossings_of_an_oscillation_are_all_found(crossings, phase, width):
     # cos is below the level for 2·width around π, far shorter than a step.

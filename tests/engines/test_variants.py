@@ -58,7 +58,7 @@ STICKING = st.tuples(
 
 
 @pytest.mark.parametrize(("laws", "engine"), CASES)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(start=SLIDING | STICKING)
 def test_variants_change_runs_by_rounding_only(laws, engine, start):
     state, mu = start

@@ -234,7 +234,7 @@ def faults(automaton, changes):
     return caught.value.faults
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(automaton=automata())
 def test_sound_automata_are_accepted_and_drawn_whole(automaton):
     names = {m.name for m in automaton.modes}
@@ -243,7 +243,7 @@ def test_sound_automata_are_accepted_and_drawn_whole(automaton):
 
 
 @pytest.mark.parametrize("fault", STRUCTURE, ids=lambda f: f.__name__)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(automaton=automata(), place=st.integers(0, 3))
 def test_each_fault_is_refused_by_its_sentence(fault, automaton, place):
     changes, sentence = fault(automaton, place % len(automaton.modes))
@@ -256,7 +256,7 @@ def test_each_fault_is_refused_by_its_sentence(fault, automaton, place):
 
 
 @pytest.mark.parametrize("place", PLACES)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(automaton=automata(), mode=st.integers(0, 3))
 def test_a_symbol_that_nobody_declares_is_refused_wherever_it_stands(place, automaton, mode):
     refused = faults(automaton, PLACES[place](automaton, mode % len(automaton.modes)))
@@ -266,7 +266,7 @@ def test_a_symbol_that_nobody_declares_is_refused_wherever_it_stands(place, auto
 PLACE_NAMED = {"definition": "definition of c", "prepared state": "preparation"}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(automaton=automata(), data=st.data())
 def test_all_faults_are_collected(automaton, data):
     """One of a mode, and others of definitions, terms and start."""

@@ -64,7 +64,7 @@ def test_coefficients_mirrored_rod_swaps_the_slip_directions():
     assert sp.simplify(left.subs(TURN, simultaneous=True) + right) == 0
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     theta=st.floats(0.01, 3.1),
     mu=st.floats(0.0, 4.0),

@@ -101,7 +101,7 @@ def test_eccentric_disc_minimum_is_the_least_found_by_a_search():
     mechanism = derived("eccentric-disc")
     lowest = critical_friction(mechanism.coefficients).minimum("phi")
 
-    @settings(max_examples=5, deadline=None)
+    @settings(max_examples=5)
     @given(st.floats(0.1, 2), st.floats(0.05, 1), st.floats(0.05, 1), st.floats(1e-3, 0.5))
     @example(0.5, 1.0, 0.25, 0.5)  # a root of the cubic below -1 has a smaller value
     def check(m, r, d, J):

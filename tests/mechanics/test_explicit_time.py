@@ -159,7 +159,7 @@ def along_a_motion(name):
 
 
 @pytest.mark.parametrize("name", SURFACES)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(place=st.tuples(finite, finite, finite), speed=st.tuples(finite, finite, finite), now=finite)
 def test_rates_and_biases_are_the_derivatives_along_any_motion(name, place, speed, now):
     rates, expected = along_a_motion(name)
@@ -212,7 +212,7 @@ def on_the_table_and_on_the_ground():
     ]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(values=state_values, lift=st.floats(-9, 30), now=finite)
 def test_accelerating_table_is_gravity_plus_the_acceleration(values, lift, now):
     """y_table = ½ a t²: the coefficients of the contact are those with g + a in place of g."""

@@ -224,7 +224,7 @@ TEXTS = st.recursive(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(text=TEXTS, x=st.floats(-2, 2), y=st.floats(-2, 2), theta=st.floats(-2, 2))
 def test_formula_has_the_value_python_gives_it(text, x, y, theta):
     known = {n: getattr(math, n) for n in ("sin", "cos", "exp", "pi")}
@@ -233,7 +233,7 @@ def test_formula_has_the_value_python_gives_it(text, x, y, theta):
     assert math.isclose(computed, expected, rel_tol=1e-9, abs_tol=1e-9)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.text(alphabet="x y12.+-*/()sincoe,^=[]'#\n", max_size=30))
 def test_formula_of_any_text_is_read_or_refused(text):
     expr, faults = read(text)

@@ -113,7 +113,7 @@ def _bar_shapes(s):
     return across, [np.sqrt(2) * np.sin(np.pi / 2 * s)]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6))
 def test_kinetic_energy_and_momentum_of_a_clamped_bar_are_those_of_its_particles(seed):
     rng = np.random.default_rng(seed)

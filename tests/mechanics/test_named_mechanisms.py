@@ -178,7 +178,7 @@ def test_mechanism_mass_matrix_is_positive_definite_at_random_states(name):
     mechanism = derived(name)
     entries = list(mechanism.system.mass_matrix)
 
-    @settings(max_examples=15, deadline=None)
+    @settings(max_examples=15)
     @given(st.integers(0, 10**6))
     def check(seed):
         values = random_numbers(mechanism, np.random.default_rng(seed))

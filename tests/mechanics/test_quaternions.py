@@ -189,7 +189,7 @@ def in_quaternions(name, state, p):
     return own, given | {f"r_{k}": float(v) for k, v in enumerate(r, 1)}
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     name=st.sampled_from(sorted(TURNS)),
     seed=st.integers(0, 2**32 - 1),
@@ -233,7 +233,7 @@ def test_angles_and_a_quaternion_are_one_physical_state(name, seed, mu):
         assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-6, abs=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_minus_q_is_the_same_orientation_to_the_last_bit(seed):
     mechanism, rng = free_body(), np.random.default_rng(seed)
@@ -244,7 +244,7 @@ def test_minus_q_is_the_same_orientation_to_the_last_bit(seed):
         assert np.array_equal(a, b)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), angle=st.floats(-math.pi, math.pi))
 def test_turning_the_scene_about_the_normal_changes_nothing(seed, angle):
     mechanism, rng = free_body(), np.random.default_rng(seed)

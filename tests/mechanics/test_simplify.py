@@ -36,7 +36,7 @@ def _cost(expr: sp.Expr) -> int:
     return int(sp.count_ops(expr)) + sum(p.could_extract_minus_sign() for p in parts if p.is_Mul)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(expr=TREES, values=st.tuples(ANGLES, ANGLES, ANGLES, ANGLES))
 def test_readable_keeps_the_value_and_needs_no_more_operations(expr, values):
     simplified, point = readable(expr), dict(zip((a, b, mu, m), values, strict=True))

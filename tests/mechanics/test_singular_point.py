@@ -70,7 +70,7 @@ def test_threshold_of_the_rod_of_any_inertia():
     assert sp.simplify(threshold.at - sp.sqrt((1 + alpha) / 3)) == 0
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(
     name=st.sampled_from(["rod", "rod-inertia", "block", "eccentric-disc"]),
     slip=st.sampled_from([-1, 1]),

@@ -66,7 +66,7 @@ def circle(x, y):
     return RADIUS.symbol**2 - x**2 - y**2
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(angle=st.floats(0, 6.28), x_dot=st.floats(-2, 2), y_dot=st.floats(-2, 2))
 def test_contact_inside_a_circle_is_that_of_polar_coordinates(angle, x_dot, y_dot):
     contact, r = bead(curve=circle), 2.0
@@ -89,7 +89,7 @@ def test_contact_inside_a_circle_feels_the_centrifugal_acceleration():
     assert math.isclose(at(c.W_nn, **values), 1.0) and abs(at(c.W_nt, **values)) < 1e-14
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(x=st.floats(-1.5, 1.5), height=st.floats(-1e-4, 1e-4))
 def test_contact_gap_of_a_curve_is_the_distance_to_first_order(x, height):
     contact = bead(curve=lambda a, b: b - a**2)

@@ -93,7 +93,7 @@ def test_system_mass_matrix_is_symmetric_positive_definite(name):
         for p in system.parameters
     ]
 
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=60)
     @given(st.tuples(*ranges))
     def check(values):
         matrix = np.array(mass(*values), dtype=float)

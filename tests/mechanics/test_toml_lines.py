@@ -114,7 +114,7 @@ LINES = st.one_of(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(LINES, max_size=8))
 def test_toml_lines_know_every_entry_of_any_text(lines):
     text = "\n".join(lines)

@@ -144,7 +144,7 @@ parameters = st.fixed_dictionaries({"mu": st.floats(0, 4), "M": st.floats(0.02, 
 
 @given(states, parameters)
 @example(JAMMED, {"mu": 1.5, "M": 0.05})  # an impact, which few of the drawn states have
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_tangential_impact_exists_where_a_slip_may_have_no_solution(state, values):
     classification = classify(bead(), state, parameters=values)
     if classification.excess < 0:
@@ -301,7 +301,7 @@ loads = st.floats(-80, 80)
     st.sampled_from([-1.0, 1.0]),
     st.sampled_from(["liftoff", "slip", "impact"]),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_motion_begins_with_a_solution_of_the_contact_problem(phi, mu, P_1, P_2, v, policy):
     values = {"mu": mu, "P_1": P_1, "P_2": P_2, "phi_0": phi}
     state = {"phi": phi, "x_dot": v}
@@ -333,7 +333,7 @@ def test_motion_begins_with_a_solution_of_the_contact_problem(phi, mu, P_1, P_2,
     loads,
     loads,
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_rest_begins_with_sticking_or_with_a_slip_that_speeds_up(phi, mu, P_1, P_2):
     values = {"mu": mu, "P_1": P_1, "P_2": P_2, "phi_0": phi}
     state = {"phi": phi}
@@ -356,7 +356,7 @@ def test_rest_begins_with_sticking_or_with_a_slip_that_speeds_up(phi, mu, P_1, P
     st.floats(0, 4),
     st.sampled_from([-1, 1]),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_number_of_solutions_by_excess_and_selector(W_nn, W_nt, b_n, mu, s):
     """The closed condition that `derive` prints, against the enumeration."""
     excess, selector = mu * abs(W_nt) - W_nn, s * W_nt * b_n

@@ -170,7 +170,7 @@ def contact_work(trajectory, first, last):
     return total
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     e=st.floats(0.2, 1.0),
     theta=st.floats(0.9, 1.3),
@@ -194,7 +194,7 @@ def test_energetic_law_returns_e_squared_of_the_compression_work(
 
 
 @pytest.mark.parametrize("name", sorted(COMPLIANT_LAWS))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(data=st.data())
 def test_energy_balance_closes_for_every_law(name, data):
     simulator = _simulator(name)
@@ -221,7 +221,7 @@ def _simulator(name):
     return _cache[name]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     theta=st.floats(0.4, 1.4),
     theta_dot=st.floats(-3.0, 3.0),

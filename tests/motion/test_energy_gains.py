@@ -112,7 +112,7 @@ def test_virgin_reloads_say_what_they_create_and_elastic_ones_nothing():
     assert elastic.energy_gains == ()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.floats(0.2, 1.4),
     st.floats(-2, 2),

@@ -97,7 +97,7 @@ def test_stick_slip_under_static_friction_has_its_closed_solution(belt):
     assert starts[1].time - stops[0].time == pytest.approx(2 * a / U, rel=1e-8)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     ratio=st.floats(1.05, 2.5),
     v_s=st.floats(0.02, 0.5),
@@ -136,7 +136,7 @@ CASES = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(parameters=CASES, friction=st.sampled_from(["static", "stribeck"]), slip=st.floats(-2, 2))
 def test_energy_balance_closes_and_the_mirror_image_mirrors(parameters, friction, slip):
     if friction == "static":

@@ -125,7 +125,7 @@ def cases(draw):
     }
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(case=cases())
 def test_momentum_balance(solver, case):
     impacts = solver(*inputs(case))
@@ -154,7 +154,7 @@ def in_other_units(case, length, time, mass):
     return {name: value / units.get(name, 1.0) for name, value in case.items()}
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     case=st.sampled_from(CASES),
     units=st.tuples(*[st.integers(-6, 6).map(lambda p: 10.0**p)] * 3),
@@ -174,7 +174,7 @@ def test_units_do_not_matter(solver, case, units):
         assert other.head[name] * unit == pytest.approx(float(impacts.head[name]), rel=1e-11)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(case=cases())
 def test_mirrored_impacts_have_mirrored_ends(solver, case):
     turned = {**case, **{name: -case[name] for name in ("W_nt", "b_t", "slip_velocity")}}
@@ -185,7 +185,7 @@ def test_mirrored_impacts_have_mirrored_ends(solver, case):
         assert sign * other.head[name] == pytest.approx(float(one.head[name]), rel=1e-13)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(case=cases())
 def test_after_the_slip_the_same_coefficients_change_nothing(solver, case):
     one = solver(*inputs(case))

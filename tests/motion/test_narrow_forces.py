@@ -59,7 +59,7 @@ def braked() -> Simulator:
     return Simulator(puck("-c*x_dot*exp(-(x/w)**2)"), law("linear"))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(exponent=st.floats(-6, -1), speed=st.floats(0.2, 5), start=st.floats(-3, -1))
 def test_patch_takes_its_part_of_the_speed(braked, exponent, speed, start):
     """dv/dx = −(c/m) exp(−(x/w)²): beyond the patch v has fallen by √π c w/m."""

@@ -61,7 +61,7 @@ def agree(mechanism, name, state, parameters, t_end):
 
 
 @pytest.mark.parametrize("name", ["hertz", "linear", "linear/static", "linear/spring"])
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     theta=st.floats(0.6, 1.3),
     slip=st.floats(-1.0, -0.2) | st.floats(0.2, 1.0),
@@ -74,7 +74,7 @@ def test_compliant_contact_of_a_rod(name, theta, slip, depth, mu):
 
 
 @pytest.mark.parametrize("policy", ["liftoff", "slip"])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     phi=st.floats(1.1, 1.35),
     slip=st.floats(-2.0, -0.5) | st.floats(0.5, 2.0),

@@ -181,7 +181,7 @@ frames = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(motion=frames, mu=st.floats(0.2, 3), lift=st.floats(-5, 20), now=st.floats(0, 2))
 def test_classification_on_a_lifted_table_is_that_with_more_gravity(motion, mu, lift, now):
     """y_table = ½ a t² against g + a: the same coefficients and solutions."""

@@ -124,7 +124,7 @@ def test_bounces_that_accumulate_end_in_contact(rigid):
     assert np.all(np.abs(run.values("y_A", np.linspace(limit + 0.01, 2.0, 20))) < 1e-12)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     theta=st.floats(0.3, 2.8),
     theta_dot=st.floats(-3, 3),
@@ -145,7 +145,7 @@ def test_energy_balance_closes_and_nothing_is_gained(rigid, theta, theta_dot, sp
         assert run.final[name] > -1e-12
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(theta=st.floats(0.4, 1.4), theta_dot=st.floats(-3, 3), speed=st.floats(-3, 3))
 def test_mirrored_start_gives_the_mirrored_motion(rigid, theta, theta_dot, speed):
     a = rigid.run({"theta": theta, "theta_dot": theta_dot, "x_A_dot": speed}, t_end=0.05)
@@ -183,7 +183,7 @@ def test_unknown_choices_suggest_the_nearest(bad):
 
 
 @pytest.mark.parametrize("restitution", ["energetic", "poisson", "newton"])
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     theta=st.floats(0.2, 2.9),
     speed=st.floats(-3, 3),

@@ -61,7 +61,7 @@ def drawn(seed: int, rows: int) -> tuple[dict, dict]:
     return states, {"mu": draw.uniform(1.2, 2.5, rows), "e_energetic": draw.uniform(0, 0.9, rows)}
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(st.integers(0, 1000))
 def test_random_rows_end_as_single_runs_do(rigid, seed):
     batch = run_batch(rigid, *drawn(seed, 12), t_end=1.0, max_events=60, events=KEPT)

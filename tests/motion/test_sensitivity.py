@@ -140,7 +140,7 @@ def test_where_an_event_ends_the_run_its_time_moves_along():
     )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     theta=st.floats(0.8, 1.2),
     theta_dot=st.floats(-1.0, 3.0),

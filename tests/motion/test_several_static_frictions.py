@@ -188,7 +188,7 @@ PAIRS = [("static", "coulomb"), ("stribeck", "static")]
 
 
 @pytest.mark.parametrize("pair", PAIRS)
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(
     ratio=st.floats(1.1, 2.0),
     width=st.floats(0.02, 0.3),
@@ -241,7 +241,7 @@ def test_mirrored_motion_is_the_mirror_image(simulator, pair):
 
 
 @pytest.mark.parametrize("pair", PAIRS)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(exponents=st.tuples(*3 * (st.floats(-12, 12),)))
 def test_motion_follows_a_change_of_the_units(simulator, pair, exponents):
     """Units of length, mass and time changed by up to twelve decades."""

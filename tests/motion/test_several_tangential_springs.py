@@ -78,7 +78,7 @@ def test_two_feet_follow_the_equations_written_by_hand(springs, names, start):
 # ---- other independent checks ----
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(slip=st.floats(-0.5, 0.5), approach=st.floats(0.0, 0.3), log_k_t=st.floats(3.5, 7.0))
 def test_foot_that_touches_alone_moves_as_an_only_contact(slip, approach, log_k_t):
     state = {"y_A": 1e-4, "theta": 0.2, "x_A_dot": slip, "y_A_dot": -approach}
@@ -108,7 +108,7 @@ FRICTION = {"mu_left": 0.3, "mu_middle": 0.5, "mu_right": 0.6}
 SPRUNG = {"k": 1e5, "c": 30.0, "tangential_stiffness": 5e4}
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(start=drops, law=st.sampled_from(["linear", "bilinear-hertz"]))
 @example(start={"y": 0.01, "theta": 2e-3, "x_dot": 0.0, "theta_dot": 0.0}, law="linear")
 def test_energy_closes_friction_stays_in_its_cone_and_the_mirror_image_mirrors(start, law):

@@ -73,7 +73,7 @@ def test_limit_is_that_of_the_desingularised_slip(rigid):
     assert limit.state["x_A_dot"] == pytest.approx(x_dot, abs=1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(mu=st.floats(1.58, 2.5), gap=st.floats(0.02, 0.1), part=st.floats(0.3, 0.9))
 def test_slips_near_the_point_jam_or_lift_off(rigid, mu, gap, part):
     """Above μ_C = 8/(3√3): F well above F* jams, below it lifts off."""
@@ -203,7 +203,7 @@ def _ends(mu):
     return math.atan((3 * mu - root) / 2), math.atan((3 * mu + root) / 2)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     mu=st.floats(1.35, 2.5),
     gap=st.floats(1e-3, 0.05),
@@ -218,7 +218,7 @@ def test_no_slip_reaches_A_below_zero_at_the_upper_end(rigid, mu, gap, spin, sli
     assert run.final["theta"] > _ends(mu)[1]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     gap=st.floats(1e-3, 0.1),
     upper=st.booleans(),

@@ -106,7 +106,7 @@ def test_resting_contact_carries_weight_times_time():
     assert np.sum(run.impulses[:, 1]) == pytest.approx(0, abs=1e-12)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     st.floats(0.2, 1.4),
     st.floats(-4, 4),
@@ -124,7 +124,7 @@ def test_mirrored_starts_give_mirrored_motions(theta, theta_dot, slip, solver):
         assert other.final[name] == pytest.approx(sign * run.final[name], abs=1e-9)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(0.2, 2.9), st.floats(-6, 6), st.floats(-2, 2), st.floats(-1, 0), st.booleans())
 def test_plastic_impulses_never_gain_energy(theta, theta_dot, slip, approach, largest):
     solver = "largest-impulse" if largest else "least-impulse"

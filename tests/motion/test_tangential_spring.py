@@ -167,7 +167,7 @@ class ByHand:
         return 1 if slip > 0 else -1
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(
     name=st.sampled_from(["linear", "hertz"]),
     theta=st.floats(0.6, 1.2),
@@ -201,7 +201,7 @@ def test_landing_of_the_rod_equals_scipy(name, theta, slip, approach, mu, log_k_
 # ---- the limit of a rigid tangent ----
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(
     law=st.sampled_from(LAWS),
     slip=st.floats(1.0, 4.0),
@@ -282,7 +282,7 @@ def test_critical_force_is_that_of_coulomb_while_the_contact_slides():
 # ---- energy, cone, mirror image, engines ----
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     law=st.sampled_from(LAWS),
     mu=st.floats(0.0, 2.0),

@@ -54,7 +54,7 @@ def compliant():
     return ps.Simulator("rod", "hertz")
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(STARTS, st.floats(0.0, 2.0), st.sampled_from(["x_A_dot", "y_A_dot", "theta"]))
 def test_neighbouring_starts_stay_neighbours(compliant, start, mu, name):
     """Through touches, stops, slips and lift-offs, in the paradox and outside it."""
@@ -106,7 +106,7 @@ def test_a_mass_pulled_between_both_frictions_has_two_motions(choice, parted):
 
 
 @given(st.floats(1e-6, 1.0), st.floats(1.0, 100.0))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_a_dashpot_jumps_at_the_touch_by_its_rate(approach, c):
     run = ps.simulate(
         "rod", ps.laws.linear(k=1e6, c=c), {"theta": 1.0, "y_A_dot": -approach}, t_end=1e-9,

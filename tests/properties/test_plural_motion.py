@@ -55,7 +55,7 @@ def _end(run):
     return {k: run.final_state[list(run.state_names).index(k)] for k in LENGTHS}
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(start=starts)
 def test_energy_of_a_table_on_three_soft_legs_closes(start):
     run = _table().run(start, parameters=SOFT | FRICTION, t_end=0.2)
@@ -63,7 +63,7 @@ def test_energy_of_a_table_on_three_soft_legs_closes(start):
     assert run.energy_residual < 1e-9
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(drop=st.floats(1e-4, 5e-3), turn=either_way(0.05, 0.3), lean=st.floats(1e-3, 0.05))
 def test_energy_of_a_ladder_between_soft_floor_and_wall_closes(drop, turn, lean):
     start = {"x": 1.0 + lean, "y": drop, "theta": np.pi / 3, "theta_dot": turn}
@@ -74,7 +74,7 @@ def test_energy_of_a_ladder_between_soft_floor_and_wall_closes(drop, turn, lean)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     drop=st.floats(0.002, 0.05),
     turn=st.sampled_from([0.0, 1e-12]),
@@ -92,7 +92,7 @@ def test_level_legs_that_drop_straight_bounce_to_the_end(engine, drop, turn, mu)
     assert abs(run.final["x_dot"]) < 1e-6
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(start=starts)
 def test_mirror_image_moves_as_the_mirrored_motion(start):
     table = _table()
@@ -104,7 +104,7 @@ def test_mirror_image_moves_as_the_mirrored_motion(start):
     assert two == pytest.approx(expected, rel=1e-7, abs=1e-8)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(start=starts)
 def test_order_of_contacts_does_not_matter(start):
     runs = [
@@ -113,7 +113,7 @@ def test_order_of_contacts_does_not_matter(start):
     assert _end(runs[0]) == pytest.approx(_end(runs[1]), rel=1e-7, abs=1e-8)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(mass=st.floats(-6, 6), length=st.floats(-6, 6), speed=st.floats(-3, 3))
 def test_units_do_not_matter_over_twelve_decades(mass, length, speed):
     # Gaps and gap rates of a start that are below 1e-12 m and m/s count as 0: no slower units.

@@ -316,7 +316,7 @@ def _kinds(run: Any) -> list[tuple[str, ...]]:
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(factors=FACTORS)
 @example(factors=MILLI)
 def test_motion_is_the_same_in_any_units(name, factors):
@@ -331,7 +331,7 @@ def test_motion_is_the_same_in_any_units(name, factors):
 
 
 @pytest.mark.parametrize("name", ["rod, rigid, from rest", "rod, compliant, Table 3"])
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(units=st.lists(FACTORS, min_size=2, max_size=5))
 def test_batch_has_the_same_rows_in_any_units(name, units):
     motion, simulator, reference = MOTIONS[name], _simulator(name), _reference(name)
@@ -383,7 +383,7 @@ def _forces(solution: Any, factors: Any) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("name", CONTACTS)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(factors=FACTORS)
 def test_contact_problem_is_the_same_in_any_units(name, factors):
     make, state, parameters = CONTACTS[name]
@@ -403,7 +403,7 @@ def test_contact_problem_is_the_same_in_any_units(name, factors):
 
 
 @pytest.mark.parametrize("parts", [0.4, -0.4, 2.5])
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(factors=FACTORS)
 def test_contact_is_closed_within_the_same_part_of_its_length(parts, factors):
     """The rod's length is 1 m: 1e-12 m of gap close its contact, in any units."""
@@ -420,7 +420,7 @@ def test_contact_is_closed_within_the_same_part_of_its_length(parts, factors):
 
 
 @pytest.mark.parametrize("approach", [0.0, -0.5])
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(factors=FACTORS)
 def test_jump_is_the_same_in_any_units(approach, factors):
     mechanism, one = model("rod"), (1.0, 1.0, 1.0)
@@ -461,7 +461,7 @@ def _corrected(factors: Any, configuration: str, **changes: float) -> dict[str, 
 
 
 @pytest.mark.parametrize("configuration", ["frozen", "carried"])
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(factors=FACTORS)
 @example(factors=MILLI)
 def test_jump_at_finite_stiffness_is_the_same_in_any_units(configuration, factors):
@@ -486,7 +486,7 @@ def test_without_its_reference_length_the_law_of_the_paper_depends_on_the_unit_o
     assert simulator.compression_of_force(newton, scaled) == pytest.approx(depth * 1e3, rel=1e-12)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(factors=FACTORS)
 def test_tangential_impact_is_the_same_in_any_units(factors):
     mechanism = model("painleve-klein")
@@ -502,7 +502,7 @@ def test_tangential_impact_is_the_same_in_any_units(factors):
 
 
 @pytest.mark.parametrize("scheme", ["moreau-jean", "stewart-trinkle"])
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(factors=FACTORS)
 def test_time_stepping_is_the_same_in_any_units(scheme, factors):
     mechanism, one = model("rod"), (1.0, 1.0, 1.0)

@@ -119,7 +119,7 @@ def test_turning_robot_has_the_jump_and_the_solutions_of_the_named_mechanism(vel
 # ---- the laws of mechanics ----
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.lists(FRACTION, min_size=12, max_size=12),
     st.lists(FRACTION, min_size=3, max_size=3),

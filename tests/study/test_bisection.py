@@ -158,7 +158,7 @@ def test_first_term_holds_for_laws_with_damping(name):
     assert math.log(left[1] / left[0]) / math.log(1e4) == pytest.approx(-1 / n, abs=0.02)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     theta=st.floats(1.0, 1.18),
     spin=st.floats(4.0, 6.0),
@@ -178,7 +178,7 @@ def test_outcome_changes_exactly_at_the_critical_force(finder, theta, spin, E):
 # ---- the separatrix of constant A and B ----
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(x=st.floats(0, 5), n=st.floats(1, 3))
 def test_energy_is_never_negative_and_its_series_meets_the_formula(x, n):
     direct = n - (n + 1) * x + x ** (n + 1)
@@ -186,7 +186,7 @@ def test_energy_is_never_negative_and_its_series_meets_the_formula(x, n):
     assert _energy(x, n) == pytest.approx(direct, abs=1e-13 * (1 + n) * (1 + x ** (n + 1)))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(approach=st.floats(-3e-3, 1.8e-3))
 def test_closed_form_is_the_level_of_the_saddle(approach):
     # A frozen contact: nothing drifts, and e = 1 unloads along the loading curve.

@@ -189,7 +189,7 @@ def test_invariant_keeps_its_value_through_lift_offs(theta, mu, approach):
     assert max(values) == pytest.approx(min(values), rel=1e-8)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.6, 1.4), st.floats(0.1, 0.98), st.floats(100, 1e6))
 def test_fast_slip_never_stops_below_cot_theta(theta, part, speed):
     modes = study.Modes(STEEL, 4, 2)
@@ -208,7 +208,7 @@ def test_angle_cancels_where_the_bar_and_the_rigid_rod_part():
     assert sp.simplify(condition - (b - 4 * a - 3 / k)) == 0
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(3.2, 1000))
 def test_give_of_the_end_falls_with_the_rate_where_it_is_positive(slender):
     """Rigid parts cancel, so that sums over modes have no rounding of theirs."""
@@ -221,7 +221,7 @@ def test_give_of_the_end_falls_with_the_rate_where_it_is_positive(slender):
     assert give[0] / bar.mass == pytest.approx(3 / theory.rigid_up_to(bar), rel=0.03) or slender < 6
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(12, 300), st.floats(0.3, 1.5), st.floats(0.2, 1.5), st.floats(0.1, 10))
 def test_stiffness_that_parts_bar_and_rigid_rod_is_one_for_all_angles(slender, one, two, factor):
     bar = theory.round_bar(slender)

@@ -95,7 +95,7 @@ def test_timoshenko_ends_in_a_wave_of_shear():
     assert across / along == pytest.approx(math.sqrt(2 * (1 + nu) / shear), rel=1e-4)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(12, 300), st.floats(0.6, 1.4), st.floats(1.1, 50))
 def test_threshold_is_the_rigid_one_up_to_the_stiffness_of_the_closed_form(slender, theta, factor):
     bar = study.round_bar(slender)
@@ -105,7 +105,7 @@ def test_threshold_is_the_rigid_one_up_to_the_stiffness_of_the_closed_form(slend
     assert study.threshold(form, theta, factor * edge)[0] < rigid * (1 - 1e-3)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0.5, 1.5), st.floats(0.05, 0.999), st.floats(3, 9), st.sampled_from([0.0, 0.05]))
 def test_nothing_grows_while_the_force_stays_below_the_axis_of_the_rod(theta, part, k, damping):
     """Below μ = cot θ the matrix of stiffness is similar to a symmetric positive one."""

@@ -19,7 +19,7 @@ DATA = json.loads((ROOT / "docs" / "figures" / "tangential-compliance.json").rea
 study = study_script("tangential_compliance.py")
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(mu=st.floats(1.4, 3.0), log_ratio=st.floats(-3.0, 3.0))
 def test_growing_slip_stops_where_the_closed_form_says(mu, log_ratio):
     ratio, W = 10**log_ratio, study.mobility()
@@ -28,7 +28,7 @@ def test_growing_slip_stops_where_the_closed_form_says(mu, log_ratio):
     assert study.impact(mu, ratio)["slip_velocity_at_stop"] == pytest.approx(closed, rel=1e-6)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(mu=st.floats(1.4, 3.0), log_ratio=st.floats(-4.0, 3.0))
 def test_impact_without_collision_happens_for_every_spring_and_creates_no_energy(mu, log_ratio):
     impact = study.impact(mu, 10**log_ratio)
