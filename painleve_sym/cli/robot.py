@@ -23,7 +23,7 @@ from painleve_sym.cli.robot_options import file_options, place_options
 from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.errors import InputError
 from painleve_sym.robots.contact_mechanism import CAVEATS
-from painleve_sym.robots.report import RiskReport, contact_title, risk_report
+from painleve_sym.robots.report import RiskReport, risk_report
 from painleve_sym.robots.robot import Robot, RobotContact
 from painleve_sym.robots.robot import robot as read
 from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
@@ -119,7 +119,7 @@ def _certify(arguments: argparse.Namespace) -> int:
     positive = contact.positive_function(over, arguments.mu)
     data = {"robot": one.tree.name, "contact": contact.dynamics.contacts[0].frame}
     notices = (*one.tree.notices, " ".join(CAVEATS))
-    return answer(arguments, contact_title(contact), data, over, positive, notices)
+    return answer(arguments, contact.title, data, over, positive, notices)
 
 
 def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnswer | None:

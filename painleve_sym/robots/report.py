@@ -48,17 +48,6 @@ class RiskReport:
         }
 
 
-def contact_title(contact: RobotContact) -> str:
-    """Return robot, base, joints and contacts in one line."""
-    tree = contact.dynamics.tree
-    names = [c.frame for c in contact.dynamics.contacts]
-    base = "floating" if tree.floating else "fixed"
-    others = f", {', '.join(names[1:])} {'stuck' if contact.stuck else 'free'}" * (len(names) > 1)
-    locked = len(contact.dynamics.locked)
-    held = f", {locked} locked" * bool(locked)
-    return f"{tree.name}, {base} base, {len(tree.joints)} joints{held}: contact {names[0]}{others}"
-
-
 def risk_report(
     contact: RobotContact, tree: RobotTree, mu: float | None, count: int | None = None
 ) -> RiskReport:
@@ -73,7 +62,7 @@ def risk_report(
             share = float(np.mean(distribution < mu))
     units = {name: joint.unit for name, joint in contact.joints.items()}
     return RiskReport(
-        contact_title(contact),
+        contact.title,
         risk,
         least,
         distribution,

@@ -167,11 +167,17 @@ class RobotContact:
     stuck: bool = False
 
     def __repr__(self) -> str:
-        """Return the contact, the others and the robot in one line."""
+        """Return the title."""
+        return f"RobotContact {self.title}"
+
+    @property
+    def title(self) -> str:
+        """Robot, base, joints and contacts in one line."""
         contact, *others = (c.frame for c in self.dynamics.contacts)
-        kind = "stuck" if self.stuck else "free"
-        beside = f", {kind}: {', '.join(others)}" if others else ""
-        return f"RobotContact {contact!r} of {self.dynamics.tree!r}{beside}"
+        locked = len(self.dynamics.locked)
+        held_joints = f", {locked} locked" if locked else ""
+        beside = f", {', '.join(others)} {'stuck' if self.stuck else 'free'}" if others else ""
+        return f"{self.dynamics.tree.title}{held_joints}: contact {contact}{beside}"
 
     @cached_property
     def _delassus(self) -> Delassus:
@@ -616,8 +622,8 @@ class Robot:
     where: str = field(default="robot")
 
     def __repr__(self) -> str:
-        """Return name, kind of base and number of joints in one line."""
-        return repr(self.tree).replace("RobotTree", "Robot", 1)
+        """Return the title of its tree."""
+        return f"Robot {self.tree.title}"
 
     @property
     def joints(self) -> dict[str, Joint]:

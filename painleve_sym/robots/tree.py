@@ -166,9 +166,14 @@ class RobotTree:
     notices: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Return name, kind of base and number of joints in one line."""
+        """Return the title."""
+        return f"RobotTree {self.title}"
+
+    @property
+    def title(self) -> str:
+        """Name, kind of base and number of joints in one line."""
         base = "floating" if self.floating else "fixed"
-        return f"{type(self).__name__} {self.name!r}: {base} base, {len(self.joints)} joints"
+        return f"{self.name}, {base} base, {len(self.joints)} joints"
 
     @cached_property
     def joints(self) -> dict[str, Joint]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -100,14 +100,8 @@ def load_mechanism(path: str | FilePath) -> Mechanism:
 def mechanism_from_text(text: str, where: str = "mechanism", name: str = "mechanism") -> Mechanism:
     """Return the mechanism that TOML text describes (see `load_mechanism`).
 
-    Messages call the text `where`; `name` is the mechanism's where the text gives none. The same
-    text again is the same mechanism, with what was derived from it.
+    Messages call the text `where`; `name` is the mechanism's where the text gives none.
     """
-    return _described(text, where, name)
-
-
-@lru_cache(maxsize=32)
-def _described(text: str, where: str, name: str) -> Mechanism:
     data = parse_toml(text, where)
     reader = _Reader(Source(where, toml_lines(text)), data, name)
     return within_time(where, reader.mechanism)
