@@ -25,6 +25,7 @@ BAD = {
 
 @needs_chromium
 @needs_axe
+@pytest.mark.slow
 def test_every_kind_of_fault_is_found_and_a_good_page_has_none(tmp_path):
     pytest.importorskip("playwright")
     from tools import check_site

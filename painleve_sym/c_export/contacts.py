@@ -13,7 +13,8 @@ from painleve_sym.contacts.problem import ROUNDING, ContactCase
 from painleve_sym.engines.source import engine_texts
 from painleve_sym.mechanics.mechanism import Mechanism
 
-CASES = tuple(case for case in ContactCase if case is not ContactCase.HYPERSTATIC)
+_OF_SEVERAL = (ContactCase.UNIQUE, ContactCase.HYPERSTATIC)
+CASES = tuple(case for case in ContactCase if case not in _OF_SEVERAL)
 """What a single contact may be, in the order of the enum of an export."""
 
 _EACH = ("slip_velocity", "A_stick", "B_stick")

@@ -49,17 +49,9 @@ def show_classification(classification: Classification | SpatialClassification) 
     else:
         _show_closed(classification)
     show()
-    if classification.bilateral:
-        sign, meaning = (
-            ("<", "one solution") if classification.excess < 0 else (">=", "none, one or two")
-        )
-        excess = quantity(classification.excess, "1/kg")
-        show(f"mu |W_nt| - W_nn = {excess} {sign} 0: {meaning} while it slips")
     show(f"case: {classification.case.value} ({classification.case.sentence})")
     if classification.solutions:
         _show_solutions(classification)
-    if classification.bilateral and classification.case is ContactCase.INCONSISTENT:
-        show("Only an impulse can answer: see the command jump.")
     if classification.chatter:
         _show_chatter(classification)
 
@@ -136,29 +128,23 @@ def _show_each_contact(
 
 def _show_coefficients(classification: Classification) -> None:
     """Print A and B of the only contact in slip and in sticking."""
-    B = f"B  = {number(classification.B)} m/s^2"
-    stick = (
-        f"A' = {number(classification.A_stick)} 1/kg",
-        f"B' = {number(classification.B_stick)} m/s^2",
-    )
-    if classification.bilateral:
-        direction = "v_t < 0" if classification.slip < 0 else "v_t > 0"
-        show(f"the contact holds from both sides: 0 = A F_n + B in slip with {direction}")
-        if not classification.problem.slip_direction:
-            show("(v_t = 0 here; slip along the free acceleration is meant)")
-        rows: list[tuple[str, ...]] = [
-            ("F_n > 0", f"A  = {number(classification.A_push)} 1/kg", B),
-            ("F_n < 0", f"A  = {number(classification.A_pull)} 1/kg", B),
-            ("stick", *stick),
-        ]
-    else:
-        show("normal acceleration of the contact as a function of the normal force F_n")
-        rows = [
-            ("slip", "A F_n + B", f"A  = {number(classification.A)} 1/kg", B),
-            ("stick", "A' F_n + B'", *stick),
-        ]
-    width = len(rows[0])
-    show_table(("",) * width, rows, left=tuple(range(width)))
+    (own,), problem = classification.coefficients, classification.problem
+    show("normal acceleration of the contact as a function of the normal force F_n")
+    if not problem.slip_direction:
+        show("(v_t = 0 here; slip along the free acceleration is meant)")
+    B = f"B  = {number(own.B)} m/s^2"
+    slips = [("slip", own.A)]
+    if problem.bilateral[0]:
+        slips = [("slip, F_n > 0", own.A), ("slip, F_n < 0", own.A_pull)]
+    rows = [(name, "A F_n + B", f"A  = {number(A)} 1/kg", B) for name, A in slips]
+    stick = f"A' = {number(own.A_stick)} 1/kg", f"B' = {number(own.B_stick)} m/s^2"
+    show_table(("",) * 4, [*rows, ("stick", "A' F_n + B'", *stick)], left=(0, 1, 2, 3))
+    if len(slips) > 1:
+        sign, meaning = ("<", "one solution") if own.excess < 0 else (">=", "none, one or two")
+        excess = quantity(own.excess, "1/kg")
+        show(f"mu |W_nt| - W_nn = {excess} {sign} 0: {meaning} while it slips")
+        if classification.case is ContactCase.INCONSISTENT:
+            show("Only an impulse can answer: see the command jump.")
 
 
 def _show_closed(classification: Classification) -> None:
@@ -178,19 +164,18 @@ def _show_solutions(classification: Classification) -> None:
     force = max((abs(float(f)) for s in solutions for f in s.forces), default=0.0)
     rate = max((abs(float(a)) for s in solutions for a in s.accelerations), default=0.0)
     rate = max(rate, *map(abs, problem.b.tolist()))
-    sizes, single = (force, force, rate, rate), classification.single
+    sizes = force, force, rate, rate
 
     def cells(s: ContactSolution) -> Iterator[tuple[str, ...]]:
         forces = s.normal_forces, s.tangential_forces
         rates = s.normal_accelerations, s.tangential_accelerations
-        for mode, *values in zip(s.modes, *forces, *rates, strict=True):
-            name = solution_name(s, problem) if single else mode.value
+        for i, values in enumerate(zip(*forces, *rates, strict=True)):
             pairs = zip(values, sizes, strict=True)
-            yield name, *(number(float(v), size=size) for v, size in pairs)
+            yield solution_name(s, problem, i), *(number(float(v), size=size) for v, size in pairs)
 
     head = ("F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
     _show_each_contact(classification, head, map(cells, solutions))
-    if not single and any(s.isolated is False for s in solutions):
+    if any(s.isolated is False for s in solutions):
         show(_CONTINUUM)
 
 

@@ -134,7 +134,7 @@ def _acceleration_data(comparison: Comparison) -> dict[str, Any] | None:
     if level is None:
         return None
     whole = level.classification.to_dict()
-    data = {key: whole[key] for key in ("A", "B", "case", "solutions")}
+    data = {key: whole[key] for key in ("contacts", "case", "solutions")}
     if level.lemke is None or level.mpcc is None:
         return data
     solution = level.lemke.solution

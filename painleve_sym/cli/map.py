@@ -20,25 +20,14 @@ from painleve_sym.cli.options import (
     unit_for,
 )
 from painleve_sym.cli.output import assignments, deliver_map, number, quantity, show, show_table
+from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.axes import SLIP_DIRECTION
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 from painleve_sym.study.scenario import Scenario
 
 SHOWN_CROSSINGS = 20
-_CASES = {
-    "slip": "one solution, the contact slides on",
-    "liftoff": "one solution, the contact opens",
-    "inconsistent": "no solution",
-    "indeterminate": "several solutions",
-    "outside": "beyond the mechanism's domain",
-}
-_BILATERAL_CASES = {
-    "slip": "one solution",
-    "inconsistent": _CASES["inconsistent"],
-    "indeterminate": "two solutions, one of each sign of F_n",
-    "outside": _CASES["outside"],
-}
+_OUTSIDE = "beyond the mechanism's domain"
 
 
 def map(arguments: argparse.Namespace) -> int:
@@ -100,11 +89,11 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
         way = "in every direction" if SLIP_DIRECTION in regions.over else ways
     show(f"cases of the rigid contact, slip {way}")
     total = regions.case.size
-    cases = _BILATERAL_CASES if regions.bilateral else _CASES
+    meanings = {case.value: case.sentence for case in ContactCase} | {"outside": _OUTSIDE}
     rows = [
-        (name, f"{100 * regions.counts[name] / total:.2f} %", text)
-        for name, text in cases.items()
-        if regions.counts[name] or name != "outside"
+        (name, f"{100 * regions.counts[name] / total:.2f} %", meaning)
+        for name, meaning in meanings.items()
+        if regions.counts.get(name)
     ]
     show_table(("case", "points", "meaning"), rows, left=(0, 2))
     share = 100 * data["stick_feasible_count"] / total

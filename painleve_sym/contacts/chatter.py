@@ -73,13 +73,14 @@ def chatter(
     Returns
     -------
     Chatter or None
-        None where b_n ≥ 0, so that a bounce does not come back, and where impacts jam.
+        None where b_n ≥ 0, so that a bounce does not come back, where impacts jam, and for a
+        contact that cannot open.
 
     References
     ----------
     `painleve_sym.laws.chatter.ChatterRatio`, which has the closed forms.
     """
-    if problem.b_n >= 0:
+    if problem.b_n >= 0 or problem.bilateral[0]:
         return None
     cycle = _cycle(problem, restitution, e)
     if cycle is None:

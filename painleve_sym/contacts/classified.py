@@ -5,9 +5,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
-from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
+from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution, case_of
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.notebooks import Shown
@@ -49,15 +50,52 @@ class ClassifiedState(Shown, ABC, Generic[Problem, Solution]):
         ends = f": {'; '.join(modes)}" if modes else ""
         return f"{type(self).__name__} of {self.mechanism!r}: {self.case.value}{ends}"
 
-    @property
-    @abstractmethod
+    @cached_property
     def case(self) -> ContactCase:
         """The case, by number and kind of the solutions."""
+        return case_of(self.solutions, self.problem.b, plural=not self.single)
 
     @property
     def single(self) -> bool:
         """Whether the mechanism has one contact."""
         return len(self.contacts) + len(self.open) == 1
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys, the same for any contacts."""
+        return {
+            "mechanism": self.mechanism,
+            "state": self.state,
+            "parameters": self.parameters,
+            "contacts": {name: self._contact_data(i) for i, name in enumerate(self.contacts)},
+            "open": list(self.open),
+            "W": self.problem.W.tolist(),
+            "b": self.problem.b.tolist(),
+            **self._assurance,
+            "case": self.case.value,
+            "solutions": [
+                {
+                    "contacts": {
+                        name: self._solution_data(s, i) for i, name in enumerate(self.contacts)
+                    },
+                    "isolated": s.isolated,
+                    "residual": s.residual,
+                }
+                for s in self.solutions
+            ],
+        }
+
+    @abstractmethod
+    def _contact_data(self, i: int) -> dict[str, Any]:
+        """Return the numbers of one closed contact, the others open."""
+
+    @abstractmethod
+    def _solution_data(self, solution: Solution, i: int) -> dict[str, Any]:
+        """Return what one contact does in a solution."""
+
+    @property
+    @abstractmethod
+    def _assurance(self) -> dict[str, Any]:
+        """Promise or guarantee of the solutions as plain data."""
 
 
 def named_at(place: Place, closed: Sequence[int]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, overload
+from typing import Any, Literal, NamedTuple, overload
 
 import numpy as np
 
@@ -23,10 +23,11 @@ from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.inputs import place_of, refuse_outside, refuse_without_surface
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
-from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
+from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.mechanism import Mechanism, Place
+from painleve_sym.mechanics.outline import KINDS
 from painleve_sym.units import Value
 
 
@@ -39,7 +40,7 @@ class Classification(ClassifiedState[ContactProblem, ContactSolution]):
     Attributes
     ----------
     A_sticks, B_sticks : ndarray, shape (n,)
-        g̈_N = A′ F_n + B′ of each contact in sticking, the others open; 1/kg and m/s².
+        A′ and B′ of each closed contact; see `ContactCoefficients`.
 
     Examples
     --------
@@ -55,19 +56,18 @@ class Classification(ClassifiedState[ContactProblem, ContactSolution]):
     B_sticks: Array
 
     @cached_property
-    def case(self) -> ContactCase:
-        """The case, by number and kind of the solutions."""
-        return self.problem.case_of(self.solutions, plural=not self.single)
-
-    @cached_property
     def promise(self) -> Uniqueness:
         """Existence and uniqueness for all loads, from W, μ and the slip directions."""
         return self.problem.uniqueness()
 
-    @property
-    def bilateral(self) -> bool:
-        """Whether the only contact holds from both sides."""
-        return self.single and bool(self.problem.bilateral[0])
+    @cached_property
+    def coefficients(self) -> tuple[ContactCoefficients, ...]:
+        """A and B of each closed contact, the others open."""
+        sticking = zip(self.A_sticks.tolist(), self.B_sticks.tolist(), strict=True)
+        return tuple(
+            ContactCoefficients.of(self.problem.alone(i), *stick)
+            for i, stick in enumerate(sticking)
+        )
 
     # ---- one contact: where it is `single` ----
 
@@ -76,126 +76,115 @@ class Classification(ClassifiedState[ContactProblem, ContactSolution]):
         """Course of small bounces near a contact at v_t = 0 that can open.
 
         For every restitution law, with the default of its coefficient. Empty in slip, where they
-        die out, where B ≥ 0, where impacts jam, and for a mechanism with several contacts.
+        die out, where B ≥ 0, where impacts jam, for a contact that cannot open, and for a mechanism
+        with several contacts.
         """
-        if not self.single or self.bilateral or self.problem.slip_direction:
+        if not self.single or self.problem.slip_direction:
             return ()
         laws = [make() for make in RESTITUTIONS.values()]
         chatters = [chatter(self.problem, law.name, law.parameter.default) for law in laws]
         return tuple(c for c in chatters if c is not None)
 
     @property
-    def slip(self) -> int:
-        """s = sign(v_t); at v_t = 0 the sign of the free acceleration b_t (−1 where b_t = 0)."""
-        return self.problem.slip_direction or (1 if self.problem.b_t > 0 else -1)
-
-    @property
     def A(self) -> float:
-        """A of g̈_N = A F_n + B in slip along `slip`; 1/kg."""
-        return self.problem.A_slip(self.slip)
-
-    @property
-    def A_push(self) -> float:
-        """A of A F_n + B = 0 in slip along `slip` for F_n > 0; 1/kg."""
-        return self.A
-
-    @property
-    def A_pull(self) -> float:
-        """A of A F_n + B = 0 in slip along `slip` for F_n < 0 of a bilateral contact; 1/kg."""
-        return self.problem.A_slip(self.slip, -1)
+        """A of g̈_N = A F_n + B in slip with F_n > 0; 1/kg."""
+        return self._only.A
 
     @property
     def B(self) -> float:
-        """B of both; m/s²."""
-        return self.problem.B
+        """B of the same; m/s²."""
+        return self._only.B
 
     @property
     def A_stick(self) -> float:
         """A′ of g̈_N = A′ F_n + B′ in sticking; 1/kg."""
-        return float(self.A_sticks.item())
+        return self._only.A_stick
 
     @property
     def B_stick(self) -> float:
         """B′; m/s²."""
-        return float(self.B_sticks.item())
+        return self._only.B_stick
 
     @property
-    def excess(self) -> float:
-        """μ |W_nt| − W_nn: where positive a bilateral slip has no solution or two; 1/kg."""
-        return -min(self.A_push, self.A_pull)
+    def _only(self) -> ContactCoefficients:
+        (own,) = self.coefficients
+        return own
 
     # ---- plain data ----
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data with the documented keys."""
-        data: dict[str, Any] = {"mechanism": self.mechanism}
-        if self.bilateral:
-            data["bilateral"] = True
-        data |= {"state": self.state, "parameters": self.parameters}
-        if self.single:
-            names: tuple[str, ...] = ("A", "B", "A_stick", "B_stick")
-            if self.bilateral:
-                names = ("slip", "A_push", "A_pull", "B", "A_stick", "B_stick", "excess")
-            data |= {name: getattr(self, name) for name in names}
-        if not self.single or self.bilateral:
-            data |= {
-                "contacts": list(self.contacts),
-                "open": list(self.open),
-                "kinds": ["bilateral" if held else "unilateral" for held in self.problem.bilateral],
-                "slip_velocities": self.problem.slip_velocity,
-                "W": self.problem.W,
-                "b": self.problem.b,
-                "promise": self.promise.label,
-            }
-        data |= {
-            "case": self.case.value,
-            "solutions": [self._solution(s) for s in self.solutions],
+        """Return plain data with the documented keys, the same for any contacts."""
+        return {**super().to_dict(), "chatter": [c.to_dict() for c in self.chatter]}
+
+    def _contact_data(self, i: int) -> dict[str, Any]:
+        return {
+            "kind": KINDS[bool(self.problem.bilateral[i])],
+            "slip_velocity": float(self.problem.slip_velocity[i]),
+            **self.coefficients[i]._asdict(),
         }
-        if self.single and not self.bilateral:
-            data["chatter"] = [c.to_dict() for c in self.chatter]
-        return data
 
-    def _solution(self, solution: ContactSolution) -> dict[str, Any]:
-        """Return one solution: by contact, or as the only contact's own."""
-        by_contact = {
-            name: {
-                "mode": mode.value,
-                "normal_force": float(F_n),
-                "tangential_force": float(F_t),
-                "normal_acceleration": float(a_n),
-                "tangential_acceleration": float(a_t),
-            }
-            for name, mode, F_n, F_t, a_n, a_t in zip(
-                self.contacts,
-                solution.modes,
-                solution.normal_forces,
-                solution.tangential_forces,
-                solution.normal_accelerations,
-                solution.tangential_accelerations,
-                strict=True,
-            )
+    def _solution_data(self, solution: ContactSolution, i: int) -> dict[str, Any]:
+        return {
+            "mode": solution.modes[i].value,
+            "name": solution_name(solution, self.problem, i),
+            "normal_force": float(solution.normal_forces[i]),
+            "tangential_force": float(solution.tangential_forces[i]),
+            "normal_acceleration": float(solution.normal_accelerations[i]),
+            "tangential_acceleration": float(solution.tangential_accelerations[i]),
         }
-        checked = {"isolated": solution.isolated, "residual": solution.residual}
-        if not self.single:
-            return {"contacts": by_contact, **checked}
-        (own,) = by_contact.values()
-        if self.bilateral:
-            return {**own, "name": solution_name(solution, self.problem), **checked}
-        return {**own, "residual": solution.residual}
+
+    @property
+    def _assurance(self) -> dict[str, Any]:
+        return {"promise": self.promise.label}
 
 
-def solution_name(solution: ContactSolution, problem: ContactProblem) -> str:
-    """Return the mode of rigid motion that a solution of one contact is.
+class ContactCoefficients(NamedTuple):
+    """The line g̈_N = A F_n + B of one contact in slip and in sticking, the others open.
+
+    Attributes
+    ----------
+    slip : int
+        s = sign(v_t); at v_t = 0 the sign of the free acceleration b_t (−1 where b_t = 0).
+    A, A_pull : float
+        A in slip along s for F_n > 0, and for F_n < 0, which a bilateral contact has; 1/kg.
+    B : float
+        m/s².
+    A_stick, B_stick : float
+        A′ and B′ of g̈_N = A′ F_n + B′ in sticking; 1/kg and m/s².
+    excess : float
+        μ |W_nt| − W_nn: where positive A < 0 for one direction of slip, and a bilateral slip has no
+        solution or two; 1/kg.
+    """
+
+    slip: int
+    A: float
+    A_pull: float
+    B: float
+    A_stick: float
+    B_stick: float
+    excess: float
+
+    @classmethod
+    def of(cls, problem: ContactProblem, A_stick: float, B_stick: float) -> ContactCoefficients:
+        """Return the numbers of a problem of one contact, with those in sticking."""
+        s = problem.slip_direction or (1 if problem.b_t > 0 else -1)
+        A, A_pull = problem.A_slip(s), problem.A_slip(s, -1)
+        return cls(s, A, A_pull, problem.B, A_stick, B_stick, -min(A, A_pull))
+
+
+def solution_name(solution: ContactSolution, problem: ContactProblem, i: int = 0) -> str:
+    """Return the mode of rigid motion that a solution is for one contact, the others open.
 
     Such as ``slip_neg``, and ``slip_neg/pull_unstable`` of a bilateral contact.
     """
-    if not problem.bilateral[0]:
-        return solution.mode.value
-    side = 1 if solution.normal_force >= 0 else -1
-    if solution.mode is ContactMode.STICK:
+    mode = solution.modes[i]
+    if not problem.bilateral[i]:
+        return mode.value
+    side = 1 if solution.normal_forces[i] >= 0 else -1
+    if mode is ContactMode.STICK:
         return guide_stick_mode(side)
-    slip = 1 if solution.mode is ContactMode.SLIP_POS else -1
-    return guide_slip_mode(slip, side, problem.A_slip(slip, side) < 0)
+    slip = 1 if mode is ContactMode.SLIP_POS else -1
+    return guide_slip_mode(slip, side, problem.alone(i).A_slip(slip, side) < 0)
 
 
 def contact_problem(

@@ -13,7 +13,6 @@ from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.delassus import ContactNumbers
 from painleve_sym.contacts.friction_set import Disc
 from painleve_sym.contacts.one_contact_answer import ContactAnswer, solution_data
-from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.mechanics.mechanism import Place
 
@@ -36,42 +35,20 @@ class SpatialClassification(ClassifiedState[SpatialProblem, SpatialSolution]):
     """
 
     @cached_property
-    def case(self) -> ContactCase:
-        """The case, by number and kind of the solutions."""
-        return self.problem.case_of(self.solutions)
-
-    @cached_property
     def answer(self) -> ContactAnswer:
         """The contact where it is `single`: A, B, μ_P, sector, least μ_P over all normals."""
         return ContactAnswer(self.problem, self.solutions)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data with the documented keys."""
-        data: dict[str, Any] = {
-            "mechanism": self.mechanism,
-            "state": self.state,
-            "parameters": self.parameters,
-        }
-        if self.single:
-            return data | self.answer.to_dict()
-        return data | {
-            "contacts": list(self.contacts),
-            "open": list(self.open),
-            "slip_velocities": [list(v) for v in self.problem.slip],
-            "W": self.problem.W,
-            "b": self.problem.b,
-            "complete": self.problem.complete,
-            "guarantee": self.problem.guarantee,
-            "case": self.case.value,
-            "solutions": [
-                {
-                    "contacts": {name: solution_data(s, i) for i, name in enumerate(self.contacts)},
-                    "isolated": s.isolated,
-                    "residual": s.residual,
-                }
-                for s in self.solutions
-            ],
-        }
+    def _contact_data(self, i: int) -> dict[str, Any]:
+        alone = self.problem.alone(i)
+        return {"slip_velocity": list(alone.slip[0]), **ContactAnswer(alone, ()).coefficients()}
+
+    def _solution_data(self, solution: SpatialSolution, i: int) -> dict[str, Any]:
+        return solution_data(solution, i)
+
+    @property
+    def _assurance(self) -> dict[str, Any]:
+        return {"complete": self.problem.complete, "guarantee": self.problem.guarantee}
 
 
 def classified_in_space(

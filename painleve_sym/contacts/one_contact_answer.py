@@ -143,14 +143,20 @@ class ContactAnswer:
         """Least μ_P over all directions of the surface's normal; None where none has a paradox."""
         return finite(float(least_over_normals(self.problem.W)))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data with the documented keys."""
+    def coefficients(self) -> dict[str, Any]:
+        """Return the numbers that do not depend on the solutions as plain data."""
         return {
             "A": self.A,
             "B": self.B,
             "mu_P": self.mu_P,
             "sector": None if self.sector is None else vars(self.sector).copy(),
             "least_over_normals": self.least_over_normals,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys."""
+        return {
+            **self.coefficients(),
             "case": self.case.value,
             "solutions": [
                 solution_data(s) | {"isolated": s.isolated, "residual": s.residual}

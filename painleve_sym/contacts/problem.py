@@ -48,7 +48,7 @@ import operator
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -85,38 +85,22 @@ _MANY_MODES = 4**CONTACT_LIMIT
 class ContactCase(enum.Enum):
     """Name a contact problem by its solutions; `sentence` says what follows.
 
-    One unilateral contact, for v_t != 0 by the signs of A and B in a_n = A F_n + B:
-
-    SLIP
-        One solution, F_n = -B/A > 0: A > 0 and B < 0.
-    LIFTOFF
-        One solution, F_n = 0: A >= 0 and B > 0; also B = 0 with A != 0, where a_n = 0.
-    STICK
-        For v_t = 0 only: one solution, and it sticks.
     INCONSISTENT
-        None: A <= 0 and B < 0.
-    INDETERMINATE
-        Several: F_n = 0 and F_n = -B/A where A < 0 and B > 0; any F_n >= 0 where A = B = 0.
-
-    For v_t = 0 the set of forces decides: empty, one (named after its mode) or more than one.
-
-    One bilateral contact:
-
-    INCONSISTENT
-        None: slip with mu |W_nt| > W_nn and s W_nt B < 0. Only the tangential impact answers.
+        None. One unilateral contact: A <= 0 and B < 0. One bilateral contact in slip:
+        mu |W_nt| > W_nn and s W_nt B < 0; only the tangential impact answers.
+    SLIP, LIFTOFF, STICK
+        One solution of one contact, by its mode. Of a unilateral contact in slip F_n = -B/A > 0
+        where A > 0 and B < 0, and F_n = 0 where A >= 0 and B > 0; also B = 0 with A != 0, where
+        a_n = 0.
     UNIQUE
-        One.
-    TWO_SOLUTIONS
-        Slip with mu |W_nt| > W_nn and s W_nt B > 0: one of each sign of F_n.
-    SEVERAL
-        Two or three at v_t = 0, or a ray of them.
-
-    Several contacts: INCONSISTENT, UNIQUE, and
-
-    HYPERSTATIC
-        Several forces with the same accelerations.
+        One solution of several contacts.
     INDETERMINATE
-        Several accelerations.
+        Several. One unilateral contact in slip: F_n = 0 and F_n = -B/A where A < 0 and B > 0; any
+        F_n >= 0 where A = B = 0. One bilateral contact in slip: one for each sign of F_n where
+        mu |W_nt| > W_nn and s W_nt B > 0. At v_t = 0 up to three, or a ray of them. Several
+        contacts: several accelerations.
+    HYPERSTATIC
+        Several forces of several contacts, with the same accelerations.
     """
 
     SLIP = ("slip", "one solution, the contact slides on")
@@ -125,8 +109,6 @@ class ContactCase(enum.Enum):
     INCONSISTENT = ("inconsistent", "no forces of a rigid contact are possible here")
     INDETERMINATE = ("indeterminate", "several solutions, the rigid model does not choose")
     UNIQUE = ("unique", "one solution")
-    TWO_SOLUTIONS = ("two solutions", "one for each sign of F_n, the rigid model does not choose")
-    SEVERAL = ("several", "the rigid model does not choose")
     HYPERSTATIC = ("hyperstatic", "one motion, but rigidity leaves its forces open")
 
     sentence: str
@@ -491,26 +473,9 @@ class ContactProblem:
         """Classify the problem; see `ContactCase` for the rule, borders included."""
         return self.case_of(self.solutions())
 
-    def case_of(self, solutions: Sequence[ContactSolution], plural: bool = False) -> ContactCase:
-        """Classify the problem by all its solutions, as `solutions` returns them.
-
-        With `plural` in the words for several contacts, even if there is one.
-        """
-        if not solutions:
-            return ContactCase.INCONSISTENT
-        single = len(solutions) == 1 and bool(solutions[0].isolated)
-        if plural or self.size > 1:
-            if single:
-                return ContactCase.UNIQUE
-            return case_of_several([s.accelerations for s in solutions], self.b)
-        if self.bilateral[0]:
-            if single:
-                return ContactCase.UNIQUE
-            two = len(solutions) == 2 and all(s.isolated for s in solutions)
-            return ContactCase.TWO_SOLUTIONS if two and self.slip_direction else ContactCase.SEVERAL
-        if not single:
-            return ContactCase.INDETERMINATE
-        return case_of_mode(solutions[0].mode)
+    def case_of(self, solutions: Sequence[ContactSolution]) -> ContactCase:
+        """Classify the problem by all its solutions, as `solutions` returns them."""
+        return case_of(solutions, self.b, self.size > 1)
 
     # ---- complementarity problems ----
 
@@ -632,6 +597,13 @@ class ContactProblem:
         return LCP(matrix, partners.T @ self.b), forces
 
     # ---- one contact ----
+
+    def alone(self, i: int) -> ContactProblem:
+        """Return the problem of one contact, the others open."""
+        own = self._rows.of(i)
+        one = slice(i, i + 1)
+        mu, slip, held = self.mu[one], self.slip_velocity[one], self.bilateral[one]
+        return ContactProblem(self.W[own, own], self.b[own], mu, slip, held)
 
     @property
     def W_nn(self) -> float:
@@ -785,15 +757,17 @@ class _ScaledLaw:
 
     `given` are W and b of the problem, `directions` the signs of its slip velocities, `modes` the
     local modes of its contacts and `product` all choices of them. `weights` make forces comparable:
-    the root of each mobility.
+    the root of each mobility. `least` is the least normal force of each contact, at which it opens:
+    0, or -inf where it holds from both sides.
     """
 
     def __init__(self, problem: ContactProblem) -> None:
         self.given: tuple[list[Vector], Vector] = problem.W.tolist(), problem.b.tolist()
         self.directions = problem.slip_directions
         self.W, self.b, self.mu, self.unit = scale_contacts(*self.given, problem.mu.tolist())
-        self.bilateral: list[bool] = problem.bilateral.tolist()
-        self.modes = list(map(local_modes, self.mu, self.directions, self.bilateral))
+        held = problem.bilateral.tolist()
+        self.least = [-math.inf if both else 0.0 for both in held]
+        self.modes = list(map(local_modes, self.mu, self.directions, held))
         self.product = ModeProduct(self.W, self.b, self.modes)
         self._pairs = self.product.pairs
         self._normals = [n for n, _ in self._pairs]
@@ -815,7 +789,7 @@ class _ScaledLaw:
             n, t = self._pairs[i]
             normal, tangential, leaving, speeding = forces[n], forces[t], share[n], share[t]
             held = abs(leaving)
-            if not self.bilateral[i]:
+            if self.least[i] == 0:
                 held = max(weight if normal < 0 else min(weight, held), -leaving, 0.0)
             limit = self.mu[i] * abs(normal)
             span = abs(tangential) + limit
@@ -859,10 +833,10 @@ class _ScaledLaw:
 
         Where large forces cancel, what is small beside its terms is not yet rounding.
         """
-        for (n, t), mode, s, held in zip(
-            self._pairs, point.modes, self.directions, self.bilateral, strict=True
+        for (n, t), mode, s, least in zip(
+            self._pairs, point.modes, self.directions, self.least, strict=True
         ):
-            if point.forces[n] == 0 and not held:
+            if point.forces[n] == least:
                 wrong, size = -a[n], terms[n]
             elif s or mode is ContactMode.STICK:
                 continue
@@ -902,7 +876,7 @@ class _ScaledLaw:
             n, t = self._pairs[i]
             normal, tangential = forces[n], forces[t]
             inside = abs(tangential) < self.mu[i] * abs(normal) * (1 - 1e-9)
-            if normal == 0 and not self.bilateral[i]:
+            if normal == self.least[i]:
                 modes.append(ContactMode.LIFTOFF)
             elif s or not inside:
                 modes.append(slip_mode(s or (-tangential if tangential else a[t])))
@@ -919,7 +893,7 @@ class _ScaledLaw:
         for i, mode in enumerate(modes):
             n, t = self._pairs[i]
             normal, tangential = forces[n], forces[t]
-            if normal <= 0 and not self.bilateral[i]:
+            if normal <= self.least[i]:
                 settled[n] = settled[t] = 0.0
                 continue
             limit = self.mu[i] * abs(normal)
@@ -940,7 +914,7 @@ class _ScaledLaw:
             n, t = self._pairs[i]
             rate, size = a[t], terms[t]
             word = mode
-            if forces[n] == 0 and not self.bilateral[i]:
+            if forces[n] == self.least[i]:
                 word = ContactMode.LIFTOFF
             elif not s and (mode is not ContactMode.STICK or abs(rate) > RESIDUAL_TOLERANCE * size):
                 # Without friction, or where F_n = 0, the acceleration alone tells the direction.
@@ -1027,17 +1001,38 @@ class _ScaledLaw:
         return ContactSolution(point.modes, normal, tangential, a_n, a_t, point.residual, isolated)
 
 
-def case_of_several(motions: Sequence[FloatArray], b: FloatArray) -> ContactCase:
-    """Return the case of several solutions by their accelerations; b are those without forces."""
-    size = float(np.max(np.abs(b)))
-    same = np.allclose(motions, motions[0], rtol=0, atol=_SAME_MOTION * size)
+class Verified(Protocol):
+    """A solution of contacts in the plane or in space."""
+
+    @property
+    def modes(self) -> tuple[ContactMode, ...]:
+        """The mode of each contact."""
+
+    @property
+    def isolated(self) -> bool | None:
+        """Whether the forces are a solution by themselves; None where that is not known."""
+
+    @property
+    def accelerations(self) -> FloatArray | tuple[FloatArray, ...]:
+        """Of all contacts."""
+
+
+def case_of(solutions: Sequence[Verified], b: FloatArray, plural: bool) -> ContactCase:
+    """Return the case by all solutions; b are the accelerations without forces.
+
+    With `plural` in the words for several contacts.
+    """
+    if not solutions:
+        return ContactCase.INCONSISTENT
+    if len(solutions) == 1 and solutions[0].isolated is not False:
+        return ContactCase.UNIQUE if plural else _CASES.get(solutions[0].modes[0], ContactCase.SLIP)
+    motions = [np.ravel(s.accelerations) for s in solutions]
+    near = _SAME_MOTION * float(np.max(np.abs(b)))
+    same = plural and np.allclose(motions, motions[0], rtol=0, atol=near)
     return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE
 
 
-def case_of_mode(mode: ContactMode) -> ContactCase:
-    """Return the case of the one solution of one contact that can open."""
-    named = {ContactMode.LIFTOFF: ContactCase.LIFTOFF, ContactMode.STICK: ContactCase.STICK}
-    return named.get(mode, ContactCase.SLIP)
+_CASES = {ContactMode.LIFTOFF: ContactCase.LIFTOFF, ContactMode.STICK: ContactCase.STICK}
 
 
 def finite_array(value: object, name: str) -> tuple[FloatArray, str]:

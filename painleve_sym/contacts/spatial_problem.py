@@ -41,8 +41,7 @@ from painleve_sym.contacts.problem import (
     ContactCase,
     ContactProblem,
     ContactSolution,
-    case_of_mode,
-    case_of_several,
+    case_of,
     finite_array,
     mobility_matrix_faults,
     ratio,
@@ -205,6 +204,12 @@ class SpatialProblem:
             if isinstance(s, Disc) and s.mu > 0 and not e
         )
 
+    def alone(self, i: int) -> SpatialProblem:
+        """Return the problem of one contact, the others open."""
+        rows = list(self.rows[i])
+        W, b = self.W[np.ix_(rows, rows)], self.b[rows]
+        return SpatialProblem(W, b, (self.friction[i],), (self.slip[i],))
+
     @property
     def complete(self) -> bool:
         """Whether `solutions` returns every solution, up to those of a continuum."""
@@ -267,16 +272,7 @@ class SpatialProblem:
 
     def case_of(self, solutions: Sequence[SpatialSolution]) -> ContactCase:
         """Classify the problem by its solutions; see `ContactCase`."""
-        if not solutions:
-            return ContactCase.INCONSISTENT
-        single = len(solutions) == 1 and solutions[0].isolated is not False
-        if len(self.friction) > 1:
-            if single:
-                return ContactCase.UNIQUE
-            return case_of_several([np.concatenate(s.accelerations) for s in solutions], self.b)
-        if not single:
-            return ContactCase.INDETERMINATE
-        return case_of_mode(solutions[0].mode)
+        return case_of(solutions, self.b, len(self.friction) > 1)
 
     # ---- sliding ----
 

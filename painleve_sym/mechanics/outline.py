@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 
 SIDES = {"push": 1, "pull": -1}
+KINDS = ("unilateral", "bilateral")
+"""Of contacts that can open, and of those that hold from both sides."""
 """Sides of a guide: the sign of its normal force."""
 
 

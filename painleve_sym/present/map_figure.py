@@ -48,11 +48,6 @@ NAMES = {
     "inconsistent": "inconsistent: no solution",
     "indeterminate": "indeterminate: several",
 }
-BILATERAL_NAMES = NAMES | {
-    "slip": "one solution",
-    "inconsistent": "no solution",
-    "indeterminate": "two solutions",
-}
 FLOW = "#6E7780"
 LOOKS: dict[str, dict[str, Any]] = {
     "A": {"colors": PALETTE[0], "linestyles": "solid", "linewidths": 1.2},
@@ -292,7 +287,7 @@ def _name_curve(axes: Axes, regions: RegionMap, name: str, pieces: Array) -> Non
     text = axes.text(
         x,
         y,
-        f"${_curve_label(regions, name)} = 0$",
+        r"$A_\mathrm{pull} = 0$" if name == "A_pull" else f"${name} = 0$",
         rotation=angle,
         rotation_mode="anchor",
         transform_rotates_text=True,
@@ -305,17 +300,9 @@ def _name_curve(axes: Axes, regions: RegionMap, name: str, pieces: Array) -> Non
     text.set_path_effects([patheffects.withStroke(linewidth=2.6, foreground="white")])
 
 
-def _curve_label(regions: RegionMap, name: str) -> str:
-    """Return A or B; of a bilateral contact, A with the side: F_n > 0 or F_n < 0."""
-    if not regions.bilateral or name == "B":
-        return name
-    return r"A_\mathrm{pull}" if name == "A_pull" else r"A_\mathrm{push}"
-
-
 def _legend(regions: RegionMap) -> dict[str, Any]:
-    names = BILATERAL_NAMES if regions.bilateral else NAMES
     shown = [n for n in (*(n for n in LEGEND if n != "outside"), "outside") if regions.counts[n]]
-    handles: dict[str, Any] = {names[n]: fill_patch(FILLS[n]) for n in shown}
+    handles: dict[str, Any] = {NAMES[n]: fill_patch(FILLS[n]) for n in shown}
     if _flows(regions):
         handles["flow of slip"] = Line2D([], [], color=FLOW, linewidth=0.6)
     if len(regions.crossings):

@@ -52,3 +52,9 @@ def process(*arguments, **options):
         check=False,
         **options,
     )
+
+
+def only_contact(data):
+    """Return what the JSON of classify says of the only contact: its numbers, and its solutions."""
+    ((name, own),) = data["contacts"].items()
+    return own, [s["contacts"][name] for s in data["solutions"]]

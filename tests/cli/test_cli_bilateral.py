@@ -28,7 +28,7 @@ def test_derive_prints_both_forces_and_the_condition(capsys):
 def test_classify_shows_two_solutions_and_none(capsys):
     code, out, err = run(capsys, "classify", "painleve-klein", "--state", RIGHT)
     assert (code, err) == (0, "")
-    assert "case: two solutions" in out and "slip_pos/pull_unstable" in out
+    assert "case: indeterminate" in out and "slip_pos/pull_unstable" in out
     assert all(len(line) <= 80 for line in out.splitlines())
     code, out, _ = run(capsys, "classify", "painleve-klein", "--state", LEFT)
     assert code == 0 and "case: inconsistent" in out and "command jump" in out
@@ -58,7 +58,7 @@ def test_map_names_the_number_of_solutions(capsys, tmp_path):
     given = ("--over", "phi,phi_dot", "--set", "mu=1.5", "--points", "60", "--out", picture)
     code, out, err = run(capsys, "map", BEAD, *given)
     assert (code, err) == (0, "")
-    assert "two solutions" in out and "lift" not in out
+    assert "indeterminate" in out and "lift" not in out
     assert picture.stat().st_size > 10_000
 
 

@@ -131,12 +131,14 @@ SLIP = ("--contact-velocity", "0,1,0")
 
 
 def keys_of(value, where=""):
-    """Return the paths of all keys but names of states and parameters."""
+    """Return the paths of all keys but names of states, parameters and contacts."""
     if isinstance(value, list):
         return {k for inner in value for k in keys_of(inner, where)}
     if not isinstance(value, dict) or where.endswith(("velocity", "state", "parameters")):
         return {where}
-    return {k for key, inner in value.items() for k in keys_of(inner, f"{where}.{key}")}
+    named = where.endswith("contacts")
+    paths = ((where if named else f"{where}.{key}", inner) for key, inner in value.items())
+    return {k for path, inner in paths for k in keys_of(inner, path)}
 
 
 @pytest.mark.parametrize("command", ["classify", "jump"])

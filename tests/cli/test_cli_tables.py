@@ -12,7 +12,7 @@ from painleve_sym.cli.options import read_look
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.maps.region_map import LEGEND, region_map
-from tests.cli.cli_helpers import LAW, STIFF, TABLE_3, TABLE_4, run, run_json
+from tests.cli.cli_helpers import LAW, STIFF, TABLE_3, TABLE_4, only_contact, run, run_json
 from tests.study.sweep_cases import SMALL
 
 
@@ -53,11 +53,11 @@ def test_events_and_end_of_a_motion(capsys):
 def test_solutions_of_a_contact_problem(capsys):
     command = ("classify", "rod", "--state", TABLE_4)
     _, out, _ = run(capsys, *command)
-    solutions = run_json(capsys, *command)["solutions"]
+    _, solutions = only_contact(run_json(capsys, *command))
     rows = rows_under(out, "solution")[: len(solutions)]
     keys = ("normal_force", "tangential_force", "normal_acceleration", "tangential_acceleration")
     for (mode, *cells), solution in zip(rows, solutions, strict=True):
-        assert mode == solution["mode"]
+        assert mode == solution["name"]
         expected = [solution[key] for key in keys]
         assert numbers_of(cells) == pytest.approx(expected, rel=1e-5, abs=1e-12)
 

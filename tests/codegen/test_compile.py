@@ -99,6 +99,7 @@ def test_key_depends_on_source_compiler_flags_and_processor(monkeypatch):
     assert library_key(SOURCE, compiler) == keys[0]
 
 
+@pytest.mark.slow
 def test_levels_of_optimization_compute_the_same_bits(monkeypatch):
     """Of a motion with contact, slip and separation, and of its derivatives."""
 

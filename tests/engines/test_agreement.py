@@ -136,7 +136,14 @@ def assert_engines_agree(name, kind, start):
 
 @pytest.mark.parametrize(
     ("name", "engine"),
-    [*((name, "compiled") for name in SCENES), ("static friction", "erk"), ("guide", "erk")],
+    [
+        *(
+            pytest.param(name, "compiled", marks=[pytest.mark.slow] * (name == "three soft legs"))
+            for name in SCENES
+        ),
+        ("static friction", "erk"),
+        ("guide", "erk"),
+    ],
 )
 def test_engines_follow_one_motion(name, engine):
     mechanism, laws, start, parameters, t_end = SCENES[name]

@@ -128,7 +128,11 @@ def test_with_e_1_every_contact_gives_back_all_that_it_stored(count):
 
 @pytest.mark.parametrize(
     ("laws", "engine"),
-    [("rigid", "taylor"), ("A=rigid,B=hertz", "taylor"), ("rigid", "compiled")],
+    [
+        ("A=rigid,B=hertz", "taylor"),
+        pytest.param("rigid", "taylor", marks=pytest.mark.slow),
+        pytest.param("rigid", "compiled", marks=pytest.mark.slow),
+    ],
 )
 def test_rows_of_a_batch_are_single_runs_bit_for_bit(laws, engine):
     feet, tilt = simulator(FEET, laws, engine), np.linspace(-0.2, 0.2, 19)

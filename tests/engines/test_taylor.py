@@ -473,6 +473,7 @@ def operations():
     return counts
 
 
+@pytest.mark.slow
 def test_operations_of_generated_series_have_not_grown():
     baseline, now = json.loads(BASELINE.read_text("utf-8")), operations()
     assert now.keys() == baseline.keys(), (

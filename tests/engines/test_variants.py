@@ -35,8 +35,8 @@ def with_and_without(laws, engine):
 CASES = [
     ("rigid", "taylor"),
     ("A=hertz,B=rigid", "compiled"),
-    ("A=bilinear-hertz,B=linear/spring", "taylor"),
-    ("linear/static", "compiled"),
+    pytest.param("A=bilinear-hertz,B=linear/spring", "taylor", marks=pytest.mark.slow),
+    pytest.param("linear/static", "compiled", marks=pytest.mark.slow),
 ]
 # Feet that slide fast, and one that sticks while the other is high: a foot that lands beside one
 # that sticks does so without slip, and rounding decides its direction.

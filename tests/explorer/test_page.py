@@ -343,6 +343,7 @@ def test_a_module_is_compiled_once_and_then_comes_from_the_cache(monkeypatch, tm
 # ---- mechanisms and laws of one's own ----
 
 
+@pytest.mark.slow
 def test_a_mechanism_without_shapes_has_a_page_without_a_drawing(sledge, capsys, tmp_path):
     needs_compiler()
     out = tmp_path / "sledge.html"
@@ -370,6 +371,7 @@ def test_links_lead_to_the_documentation_that_is_given(capsys, tmp_path):
     assert all((docs / f"{name}.md").is_file() for name in names)
 
 
+@pytest.mark.slow
 def test_a_motion_without_a_taylor_series_is_integrated_by_runge_kutta_steps(tmp_path):
     path = tmp_path / "bent.toml"
     path.write_text(SLEDGE.replace("m*g*(h + x/10)", "m*g*(h + x/10) + 3*abs(x)**3"), "utf-8")

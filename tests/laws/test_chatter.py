@@ -75,6 +75,7 @@ def test_bounces_repeat_themselves_at_the_threshold(case, law):
     friction=st.floats(0, 3),
     e=st.floats(0.05, 1),
 )
+@pytest.mark.slow
 def test_closed_forms_are_the_impact_solver(law, w, a, k, t, friction, e):
     W = ((a + k * k * w, k * w), (k * w, w))
     impact = solve_impact(W, friction, (-1.0, t), law, e)

@@ -94,6 +94,7 @@ def test_scenario_and_call_run_with_the_same_settings():
     assert [e.kind for e in run.events] == ["slip_stop"]
 
 
+@pytest.mark.slow
 def test_sensitivities_take_all_that_a_run_takes():
     given = {"material": "steel", "t_end": 1e-3, "record": "events", "max_events": 7}
     run = ps.simulate("rod-bending", "hertz", START, **given)

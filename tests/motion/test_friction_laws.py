@@ -167,7 +167,10 @@ def test_rows_of_a_batch_are_the_runs(friction):
             assert batch[name][i] == run.final[name]
 
 
-@pytest.mark.parametrize(("mechanism", "friction"), [("rod", "static"), (FEET, "stribeck")])
+@pytest.mark.parametrize(
+    ("mechanism", "friction"),
+    [("rod", "static"), pytest.param(FEET, "stribeck", marks=pytest.mark.slow)],
+)
 def test_exported_c_gives_the_bits_of_the_run(mechanism, friction, tmp_path):
     """Also of several contacts; the friction law is part of the export's own scenario."""
     start = TABLE_3 if mechanism == "rod" else {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}

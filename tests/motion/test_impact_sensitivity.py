@@ -55,6 +55,7 @@ def test_ladder_that_slides_against_a_wall():
 
 
 @pytest.mark.parametrize("restitution", LAWS)
+@pytest.mark.slow
 def test_block_that_rocks_from_foot_to_foot_slipping(restitution):
     e = f"e_{restitution}"
     start = {"theta": 0.1, "theta_dot": 0.5, "x_A_dot": 0.3}

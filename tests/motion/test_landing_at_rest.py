@@ -40,6 +40,7 @@ def both(name, law_name):
         ("cart-pendulum", "hertz"),
     ],
 )
+@pytest.mark.slow
 def test_engines_agree_on_landings_at_rest(name, law_name):
     taylor, runge_kutta = both(name, law_name)
     assert taylor.counts() == runge_kutta.counts() == {"t_end": ROWS}

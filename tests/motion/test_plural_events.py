@@ -271,6 +271,7 @@ def test_a_ladder_that_lands_upright_is_turned_by_the_floor_alone():
     assert run.final["y"] < -0.01 and run.final["theta_dot"] < -0.1
 
 
+@pytest.mark.slow
 def test_feet_that_touch_just_before_a_rigid_one_do_not_slip_without_end():
     """Outer feet touch a moment before the middle one, by rounding, with forces of 1e-18 N."""
     v, g = 0.7348396471738055, 9.8
@@ -356,6 +357,7 @@ def test_a_rigid_foot_does_not_jam_where_a_soft_one_separates():
     assert run.energy_residual < 1e-9
 
 
+@pytest.mark.slow
 def test_of_motions_that_rank_alike_the_first_is_taken():
     """Two of three sliding legs carry the table, in three ways: the first combination is taken.
 

@@ -239,6 +239,7 @@ def test_stepping_keeps_the_energy_of_a_sprung_table_in_flight():
         pytest.param("compiled", "energetic", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_feet_that_stop_together_do_not_bounce_in_rounding(tmp_path, engine, restitution):
     """Feet at rest keep a normal velocity of exactly 0 where another one lands beside them."""
     path = tmp_path / "level.toml"

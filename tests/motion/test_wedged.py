@@ -95,6 +95,7 @@ def test_engines_and_batches_agree_on_a_ladder_at_rest(ladder):
 
 
 @pytest.mark.parametrize("push", [3.0, 12.0])
+@pytest.mark.slow
 def test_a_box_against_a_wall_stays(box, push):
     """Feet bear up to μ m g = 5.88 N, and leave the wall without force; it bears the rest."""
     run = box.run({"t": 0.0}, t_end=1.0, parameters={"P": push}, max_events=100)
@@ -121,6 +122,7 @@ def test_a_push_that_grows_is_taken_over_by_the_wall(box):
     assert {m for e in run.events for m in e.mode_after.split(" + ")} <= at_rest
 
 
+@pytest.mark.slow
 def test_what_rests_unloaded_bears_load_as_soon_as_the_others_do_not_hold_it():
     """A level table stands on its middle leg; a push that grows like t³ loads an outer one."""
     text = TABLE.read_text("utf-8")

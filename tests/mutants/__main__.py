@@ -1,7 +1,8 @@
 """Apply each wrong change of the list to a copy of the package and run its tests: ``make mutants``.
 
-The checkout is never edited. Every copy has a cache of its own. First the tests run on an unchanged
-copy, where all of them must pass: a test that fails anyway would notice everything.
+The checkout is never edited. The tests also run on an unchanged copy, where all of them must pass:
+a test that fails anyway would notice everything. Every copy has a cache of its own, which begins
+with what the unchanged one has derived and compiled: entries are known by the code that makes them.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import suppress
 from pathlib import Path
 
 from tests.mutants.mutants import ROOT, Mutant, read_mutants
@@ -25,8 +27,18 @@ PASSED, FAILED = 0, 1
 """Exit statuses of pytest: every test passed, or a test failed."""
 
 
-def run_tests(tests: Sequence[str], mutant: Mutant | None = None) -> tuple[int, str, float]:
+def run_tests(
+    tests: Sequence[str], cache: Path, mutant: Mutant | None = None
+) -> tuple[int, str, float]:
     """Run tests on a copy of the package, with the change of a mutant where one is given.
+
+    Parameters
+    ----------
+    tests : sequence of str
+    cache : Path
+        The cache of the unchanged copy.
+    mutant : Mutant, optional
+        Its cache is a copy.
 
     Returns
     -------
@@ -48,8 +60,9 @@ def run_tests(tests: Sequence[str], mutant: Mutant | None = None) -> tuple[int, 
             shutil.copy2(ROOT / file, copy)
         if mutant is not None:
             mutant.apply(copy / "painleve_sym")
+            cache = linked(cache, Path(folder, "cache"))
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
-        own = {"PYTHONPATH": str(copy), "PAINLEVE_CACHE": str(Path(folder, "cache"))}
+        own = {"PYTHONPATH": str(copy), "PAINLEVE_CACHE": str(cache)}
         done = subprocess.run(
             [*command, "-p", "no:xdist", *(f"tests/{test}" for test in tests)],
             cwd=copy,
@@ -62,11 +75,24 @@ def run_tests(tests: Sequence[str], mutant: Mutant | None = None) -> tuple[int, 
     return done.returncode, done.stdout, time.monotonic() - started
 
 
-def verdict(mutant: Mutant) -> tuple[str, float]:
+def linked(cache: Path, target: Path) -> Path:
+    """Return a new folder with links to the entries of a cache, in which others may be made.
+
+    A process never writes in an entry: it makes a file and gives it the name.
+    """
+    target.mkdir(mode=0o700)
+    for entry in cache.glob("*.*"):
+        with suppress(FileNotFoundError):
+            if entry.is_file():
+                os.link(entry, target / entry.name)
+    return target
+
+
+def verdict(mutant: Mutant, cache: Path) -> tuple[str, float]:
     """Return what became of a mutant, and the seconds it took."""
     if mutant.occurrences() != 1:
         return "does not apply", 0.0
-    status, output, seconds = run_tests(mutant.tests, mutant)
+    status, output, seconds = run_tests(mutant.tests, cache, mutant)
     if status == FAILED:
         return "noticed", seconds
     if status == PASSED:
@@ -86,9 +112,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not mutants:
         parser.error(f"--only: got {text!r}, which no mutant's name or file contains.")
     tests = sorted({test for m in mutants for test in m.tests})
-    with ThreadPoolExecutor(options.jobs) as pool:
-        unchanged = pool.submit(run_tests, tests)
-        running = {pool.submit(verdict, mutant): mutant for mutant in mutants}
+    with (
+        tempfile.TemporaryDirectory(prefix="painleve-mutants-") as folder,
+        ThreadPoolExecutor(options.jobs) as pool,
+    ):
+        unchanged = pool.submit(run_tests, tests, Path(folder))
+        running = {pool.submit(verdict, mutant, Path(folder)): mutant for mutant in mutants}
         counts: dict[str, int] = {}
         for done in as_completed(running):
             mutant, (word, seconds) = running[done], done.result()

@@ -24,6 +24,7 @@ def motion():
     return simulator.sensitivities(STATE, ("mu", "E"), parameters={"E": 20.9e14}, t_end=4.5e-4)
 
 
+@pytest.mark.slow
 def test_derivatives_are_drawn_per_relative_change_with_every_event(tmp_path):
     run = motion()
 

@@ -148,6 +148,7 @@ def test_a_batch_is_its_single_runs_with_any_number_of_threads(engine):
         assert np.array_equal(run.final_state, batches[0][i])
 
 
+@pytest.mark.slow
 def test_derivatives_of_a_motion_of_two_feet_are_those_of_runs_beside():
     feet = simulator(FEET, "linear")
     start, parameters = {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}, {"k": 1e5, "c": 40.0}

@@ -33,6 +33,7 @@ def stopped(laws, engine, count, seed=1):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.slow
 def test_drops_on_rigid_legs_end_at_the_end_time(engine):
     assert stopped(RIGID, engine, 6) == []
 

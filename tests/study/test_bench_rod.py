@@ -40,6 +40,7 @@ def test_rigid_bar_has_the_restitution_of_its_contact_at_every_angle(theta):
     assert middle == pytest.approx(0.6, abs=0.03)
 
 
+@pytest.mark.slow
 def test_bar_of_a_stiff_material_tends_to_the_rigid_one():
     """The modulus of the bar alone grows; its modes follow statically, with an error of 1/Y."""
     steel = ps.material("steel")
@@ -57,6 +58,7 @@ def test_bar_of_a_stiff_material_tends_to_the_rigid_one():
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.1) and errors[1] < 1e-3
 
 
+@pytest.mark.slow
 def test_stiff_tangential_spring_is_the_rigid_rod():
     draws = study.Draws("aluminium", 1)
     ends = []
@@ -71,6 +73,7 @@ def test_stiff_tangential_spring_is_the_rigid_rod():
     assert ends[1] == pytest.approx(ends[0], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_momentum_of_the_mass_centre_is_the_impulse_of_the_contact():
     """Modes of free ends carry no momentum, so that the frame's centre has all of it."""
     mass, half, theta, t_end = 0.1, 0.1, 0.6, 1e-3
@@ -144,6 +147,7 @@ def test_page_prints_the_tables_of_the_study():
         assert text in PAGE, text
 
 
+@pytest.mark.slow
 def test_numbers_of_the_study_are_computed_again():
     kept = row(DATA["modes"], model="2,1")
     new = study.drag("2,1", MIDDLE)

@@ -80,6 +80,7 @@ def test_derivatives_of_the_model_are_its_differences():
     ],
 )
 @pytest.mark.parametrize("quantity", ["normal_force", "gap", "slip_velocity", "theta_dot"])
+@pytest.mark.slow
 def test_a_history_is_fitted_where_the_gap_is_not_a_coordinate(name, state, quantity):
     simulator, times = Simulator(model(name), law("hertz")), np.linspace(0, 1.5e-4, 16)
     run = simulator.run(state, parameters={"mu": 0.9}, t_end=2e-4, rtol=1e-10)

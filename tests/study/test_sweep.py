@@ -397,6 +397,7 @@ def test_chunks_of_another_sweep_or_build_are_not_mixed(tmp_path):
         run_sweep(sweep, out)
 
 
+@pytest.mark.slow
 def test_a_folder_is_written_by_one_process_at_a_time(tmp_path):
     out = tmp_path / "out.npz"
     (tmp_path / "s.toml").write_text(SMALL)

@@ -118,20 +118,21 @@ int ${name}_solve(const double *p, const double *x, int contact, ${name}_solutio
   ${name}_coefficients c;
   ${name}_contact_coefficients(p, x, contact, &c);
   memset(solutions, 0, sizeof *solutions);
-  /* No force: the contact opens or stays; a guide that needs no force stays. */
-  if (bilateral ? c.B == 0 : c.B >= 0) add_force(&f, 0.0, 0.0, direction, ${name}_case_liftoff);
+  /* No force: the contact opens; a guide that needs none moves on. */
+  if (!bilateral && c.B >= 0) add_force(&f, 0.0, 0.0, direction, ${name}_case_liftoff);
+  if (bilateral && c.B == 0) {
+    const int s = direction ? direction : (c.b_t > 0) - (c.b_t < 0);
+    add_force(&f, 0.0, 0.0, s, s ? ${name}_case_slip : ${name}_case_stick);
+  }
   for (int s = -1; s <= 1; s += 2) {
     if (s * v_t < 0) continue;
     add_slip(&f, &c, s, 1, v_t == 0);
     if (bilateral) add_slip(&f, &c, s, -1, v_t == 0);
   }
   if (v_t == 0) add_stick(&f, &c, bilateral);
-  const int count = solutions->count;
-  if (f.wide) return bilateral ? ${name}_case_several : ${name}_case_indeterminate;
-  if (count == 0) return ${name}_case_inconsistent;
-  if (!bilateral) return count == 1 ? solutions->mode[0] : ${name}_case_indeterminate;
-  if (count == 1) return ${name}_case_unique;
-  return count == 2 && v_t != 0 ? ${name}_case_two_solutions : ${name}_case_several;
+  if (f.wide) return ${name}_case_indeterminate;
+  if (solutions->count == 0) return ${name}_case_inconsistent;
+  return solutions->count == 1 ? solutions->mode[0] : ${name}_case_indeterminate;
 }
 
 int ${name}_classify(const double *p, const double *x, int contact) {

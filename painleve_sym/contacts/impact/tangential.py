@@ -38,7 +38,7 @@ class TangentialImpact:
     energy_change : float
         Work of P_t as seen from the guide; J.
     case : ContactCase
-        Of the state before: INCONSISTENT leaves nothing else, TWO_SOLUTIONS offers slips as well.
+        Of the state before: INCONSISTENT leaves nothing else, INDETERMINATE offers slips as well.
 
     Examples
     --------
@@ -46,7 +46,7 @@ class TangentialImpact:
     >>> klein = ps.models.painleve_klein()
     >>> impact = ps.tangential_impact(klein, klein.start)
     >>> impact.case, round(impact.energy_change, 6)
-    (<ContactCase.TWO_SOLUTIONS: 'two solutions'>, -1.0)
+    (<ContactCase.INDETERMINATE: 'indeterminate'>, -1.0)
     """
 
     mechanism: str

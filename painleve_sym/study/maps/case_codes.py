@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,22 +22,21 @@ LEGEND: Mapping[str, int] = {
 """Codes of the cases; outside: beyond the mechanism's domain, or no finite coefficients."""
 
 
-def opening_case(A: Array, B: Array) -> Codes:
-    """Return the codes of a contact that can open."""
-    several = ((A < 0) & (B > 0)) | ((A == 0) & (B == 0))
-    return np.where(
-        B < 0,
-        np.where(A > 0, LEGEND["slip"], LEGEND["inconsistent"]),
-        np.where(several, LEGEND["indeterminate"], LEGEND["liftoff"]),
+def case_codes(A: Sequence[Array], B: Array) -> Codes:
+    """Return the codes of a sliding contact by the number of its solutions.
+
+    A of each sign of F_n that the contact has: F_n > 0, and F_n < 0 of one that holds from both
+    sides. Each has a solution where -B/A has its sign, and a ray where A = B = 0; F_n = 0 is one
+    where B = 0, and where B > 0 opens the contact.
+    """
+    opens = len(A) == 1
+    free = (B >= 0) if opens else (B == 0)
+    count = free.astype(int)
+    for side, slope in zip((1, -1), A, strict=False):
+        with np.errstate(invalid="ignore"):
+            count += (side * np.sign(slope) * np.sign(B) < 0) | ((slope == 0) & (B == 0))
+    one = np.where(free & opens, LEGEND["liftoff"], LEGEND["slip"])
+    codes: Codes = np.select(
+        [count == 0, count == 1], [LEGEND["inconsistent"], one], LEGEND["indeterminate"]
     )
-
-
-def bilateral_case(A_push: Array, A_pull: Array, B: Array) -> Codes:
-    """Return the codes by the number of solutions; a ray of them counts as several."""
-    with np.errstate(invalid="ignore"):
-        count = (np.sign(A_push) * np.sign(B) < 0).astype(int)
-        count += np.sign(A_pull) * np.sign(B) > 0
-    count = np.where(B == 0, np.where((A_push == 0) | (A_pull == 0), 2, 1), count)
-    codes = np.array([LEGEND["inconsistent"], LEGEND["slip"], LEGEND["indeterminate"]])
-    cases: Codes = codes[count]
-    return cases
+    return codes

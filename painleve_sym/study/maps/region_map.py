@@ -26,7 +26,7 @@ from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.notebooks import Shown
 from painleve_sym.progress import progress
 from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
-from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
+from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.maps.spatial_map import SpatialMap
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
 from painleve_sym.units import Value
@@ -173,7 +173,7 @@ class RegionMap(Shown):
             "state": self.state,
             "parameters": self.parameters,
             **({"close": self.close} if self.close else {}),
-            **({"bilateral": True} if self.bilateral else {}),
+            "bilateral": self.bilateral,
         }
 
     def to_dict(self) -> dict[str, Any]:
@@ -374,8 +374,7 @@ def _grids(
         size = np.max([side * force for side in sides], axis=0)
         reserve = mu * W_tt * size - np.abs(W_nt * force + b_t)
         sticks = inside & (A_stick > SINGULAR * W_nn) & ((size > 0) | bool(pull)) & (reserve >= 0)
-    case = bilateral_case(A, pull[0], B) if pull else opening_case(A, B)
-    case = np.where(inside, case, LEGEND["outside"]).astype(np.int8)
+    case = np.where(inside, case_codes((A, *pull), B), LEGEND["outside"]).astype(np.int8)
     fields = {"A": A, "B": B, "A_stick": A_stick, "B_stick": B_stick}
     grids: dict[str, Any] = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
     grids |= {"case": case, "stick_feasible": sticks, "flow": None}

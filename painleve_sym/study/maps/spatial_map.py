@@ -18,7 +18,7 @@ from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.contacts.risk import friction_threshold, least_over_normals
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.axes import SLIP_DIRECTION, MapPlace
-from painleve_sym.study.maps.case_codes import LEGEND, opening_case
+from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class SpatialMap:
         inside &= np.isfinite(b).all(axis=0) & np.isfinite(mu)
         coupling = W[0, 1] * np.cos(angle) + W[0, 2] * np.sin(angle)
         A = rounded_difference(np.broadcast_to(W[0, 0], coupling.shape), mu * coupling)
-        case = np.where(inside, opening_case(A, B), LEGEND["outside"]).astype(np.int8)
+        case = np.where(inside, case_codes((A,), B), LEGEND["outside"]).astype(np.int8)
         sticks, thresholds = np.zeros(inside.shape, np.bool_), {}
         if inside.any():
             matrix = np.moveaxis(W[:, :, inside], -1, 0)

@@ -31,7 +31,7 @@ from painleve_sym.motion.batch.result import BatchResult, event_dims
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import unit_of
-from painleve_sym.study.maps.case_codes import LEGEND, opening_case
+from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
 
@@ -311,9 +311,9 @@ class Sweep:
 
     def _case(self, inputs: Mapping[str, Any], n: int) -> NDArray[np.int8]:
         mechanism = self.mechanism
-        if len(mechanism.contacts) > 1 or mechanism.contact.bilateral:
+        if len(mechanism.contacts) > 1:
             raise InputError(
-                f"{self.scenario.where}: keep: case needs one contact that can open. "
+                f"{self.scenario.where}: keep: case needs one contact. "
                 "Fix: leave it out, or name one contact."
             )
         names = (*mechanism.state_names, *(p.name for p in mechanism.outline.parameters))
@@ -322,9 +322,12 @@ class Sweep:
                 {name: np.broadcast_to(inputs[name], (n,)) for name in names}
             )
             (W_nn, W_nt), B, slip = at.W[0], at.b[0], at.slip_velocity[0]
-            A = rounded_difference(W_nn, np.sign(slip) * at.mu[0] * W_nt)
-            codes = opening_case(A, B)
-        codes = np.where(np.isfinite(A + B), codes, CASES["outside"])
+            A = [
+                rounded_difference(W_nn, side * np.sign(slip) * at.mu[0] * W_nt)
+                for side in mechanism.contact.sides
+            ]
+            codes = case_codes(A, B)
+        codes = np.where(np.isfinite(A[0] + B), codes, CASES["outside"])
         closed = np.abs(at.gap) <= at.gap_tolerance
         closed = (closed & (np.abs(at.gap_rate) <= at.rate_tolerance))[0]
         codes = np.where(slip == 0, CASES["no_slip"], codes)
