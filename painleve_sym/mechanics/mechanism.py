@@ -194,6 +194,15 @@ class Mechanism(Shown, Deferred):
                 "Fix: use classify, derive, jump or map, or a planar mechanism."
             )
 
+    def require_opening(self, where: str, fix: str) -> None:
+        """Raise InputError where the only contact is bilateral; `where` begins the message."""
+        contact = self.outline.contacts[0]
+        if contact.bilateral:
+            raise InputError(
+                f"{where}: contact {contact.name!r} is bilateral, need one that can open. "
+                f"Fix: {fix}."
+            )
+
     def only(self, name: str) -> Mechanism:
         """Return the mechanism with the named contact alone, as if the others were out of reach."""
         outline = self.outline.only(f"mechanism {self.name!r}", name)

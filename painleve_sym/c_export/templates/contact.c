@@ -26,10 +26,10 @@ enum { MOTION = $motion, OWN = $own };
 /* What is generated: W, row by row, b, then these for each contact. */
 enum { ROWS = PS_SIZE(${NAME}_CONTACTS), FIRST = ROWS * ROWS + ROWS };
 enum { SLIP_VELOCITY, A_STICK, B_STICK, EACH };
-/* The parameter that is the friction coefficient of a contact; whether it holds from both sides;
- * the state that is its slip velocity. */
+/* The parameter that is the friction coefficient of a contact; how many signs its normal force may
+ * have, 2 where it holds from both sides; the state that is its slip velocity. */
 static const int FRICTION[${NAME}_CONTACTS] = {$friction};
-static const int BILATERAL[${NAME}_CONTACTS] = {$bilateral};
+static const int SIDES[${NAME}_CONTACTS] = {$sides};
 static const int SLIP_STATE[${NAME}_CONTACTS] = {$slip_states};
 
 static void evaluate_contacts(const double *p, const double *x, double *out) {
@@ -102,34 +102,32 @@ static void add_slip(ps_forces *f, const ${name}_coefficients *c, int s, int sid
   }
 }
 
-static void add_stick(ps_forces *f, const ${name}_coefficients *c, int bilateral) {
+/* Adds F_n of the sign `side` in sticking. */
+static void add_stick(ps_forces *f, const ${name}_coefficients *c, int side) {
   const double force = -c->B_stick / c->A_stick;
   const double F_t = -(c->b_t + c->W_nt * force) / c->W_tt;
-  const int pushes = bilateral ? force != 0 : force > 0;
-  if (c->A_stick > 0 && pushes && rounded_difference(fabs(F_t), c->mu * fabs(force)) <= 0)
+  if (c->A_stick > 0 && side * force > 0 && rounded_difference(fabs(F_t), c->mu * fabs(force)) <= 0)
     add_force(f, force, F_t, 0, ${name}_case_stick);
 }
 
 int ${name}_solve(const double *p, const double *x, int contact, ${name}_solutions *solutions) {
-  const int bilateral = BILATERAL[contact];
+  const int opens = SIDES[contact] == 1;
   const double v_t = x[SLIP_STATE[contact]];
   const int direction = (v_t > 0) - (v_t < 0);
   ps_forces f = {solutions, 0};
   ${name}_coefficients c;
   ${name}_contact_coefficients(p, x, contact, &c);
   memset(solutions, 0, sizeof *solutions);
-  /* No force: the contact opens; a guide that needs none moves on. */
-  if (!bilateral && c.B >= 0) add_force(&f, 0.0, 0.0, direction, ${name}_case_liftoff);
-  if (bilateral && c.B == 0) {
-    const int s = direction ? direction : (c.b_t > 0) - (c.b_t < 0);
-    add_force(&f, 0.0, 0.0, s, s ? ${name}_case_slip : ${name}_case_stick);
+  /* No force: the contact opens, or one that cannot moves on. */
+  const int way = direction ? direction : (c.b_t > 0) - (c.b_t < 0);
+  const int held = way ? ${name}_case_slip : ${name}_case_stick;
+  if (c.B == 0 || (opens && c.B > 0))
+    add_force(&f, 0.0, 0.0, opens ? direction : way, opens ? ${name}_case_liftoff : held);
+  for (int side = 1; side > -SIDES[contact]; side -= 2) {
+    for (int s = -1; s <= 1; s += 2)
+      if (s * v_t >= 0) add_slip(&f, &c, s, side, v_t == 0);
+    if (v_t == 0) add_stick(&f, &c, side);
   }
-  for (int s = -1; s <= 1; s += 2) {
-    if (s * v_t < 0) continue;
-    add_slip(&f, &c, s, 1, v_t == 0);
-    if (bilateral) add_slip(&f, &c, s, -1, v_t == 0);
-  }
-  if (v_t == 0) add_stick(&f, &c, bilateral);
   if (f.wide) return ${name}_case_indeterminate;
   if (solutions->count == 0) return ${name}_case_inconsistent;
   return solutions->count == 1 ? solutions->mode[0] : ${name}_case_indeterminate;

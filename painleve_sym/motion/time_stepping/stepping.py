@@ -115,11 +115,8 @@ class TimeStepper:
     def __post_init__(self) -> None:
         if self.scheme not in SCHEMES:
             raise InputError(f"{self.where}: {unknown_name('scheme', self.scheme, SCHEMES)}")
-        if self.mechanism.contact.bilateral:
-            raise InputError(
-                f"{self.where}: contact {self.mechanism.contact.name!r} is bilateral, need one "
-                "that can open. Fix: choose another mechanism."
-            )
+        self.mechanism.require_one_contact()
+        self.mechanism.require_opening(self.where, "choose another mechanism")
 
     @property
     def where(self) -> str:

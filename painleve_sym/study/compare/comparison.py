@@ -263,12 +263,8 @@ def _refuse(mechanism: Mechanism) -> None:
             f"{', '.join(map(repr, names))} (--contact, Mechanism.only; the others stay open), or "
             "use classify and simulate."
         )
-    if mechanism.outline.contacts[0].bilateral:
-        raise InputError(
-            f"contrast of {mechanism.name!r}: its contact is bilateral, and stepping, relaxation "
-            "and compliant motion need one that can open. Fix: use classify, jump and "
-            "simulate --law rigid."
-        )
+    fix = "use classify, jump and simulate --law rigid"
+    mechanism.require_opening(f"contrast of {mechanism.name!r}", fix)
 
 
 def _orders(answers: list[Answer]) -> tuple[float, ...]:
