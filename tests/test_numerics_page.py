@@ -10,7 +10,7 @@ import pytest
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.errors import CompilerMissing
 from tests.benchmarks import accuracy, numerics_page
-from tests.benchmarks.cases import BELT, N
+from tests.benchmarks.cases import BELT, CASES, N
 from tests.benchmarks.package_peer import PackagePeer
 from tools.tables import written
 
@@ -39,6 +39,13 @@ def test_tables_of_the_page_are_those_of_the_numbers(numbers):
 def test_a_table_without_its_place_is_an_error():
     with pytest.raises(ValueError, match="got 0 places for the table 'setup', need one"):
         written("", {"setup": ""})
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
+def test_the_package_computes_the_cases_of_the_peers(compiler, case):
+    peer = PackagePeer(case)
+    peer.prepare()
+    assert case.end_error(peer.run(1e-12), reverse_slip=True) < 1e-12
 
 
 def test_steps_of_one_length_have_the_order_of_the_start(compiler, numbers):

@@ -12,12 +12,14 @@ import numpy as np
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.records import EventRecords
-from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
 from tests.benchmarks.cases import ARM, BELT, ROD, Case
+from tests.support.paper_law import paper_law
 
 STIFF = {"E": 20.9e14}
 
@@ -30,24 +32,22 @@ class Setup:
     ----------
     mechanism : str
         Name of a mechanism, or of a file in this folder.
-    law : str
+    law : Law
     parameters : dict of str to float
     until : tuple of str
     t_end : float
         Later than the event of `until`, or the end of the motion; s.
-    law_options : dict of str to str
     """
 
     mechanism: str
-    law: str
+    law: Law
     parameters: dict[str, float]
     until: tuple[str, ...]
     t_end: float
-    law_options: dict[str, str]
 
     def simulator(self, engine: str) -> Simulator:
         """Return the simulator with an engine."""
-        return Simulator(self._mechanism(), law(self.law, **self.law_options), engine)
+        return Simulator(self._mechanism(), self.law, engine)
 
     def _mechanism(self) -> Mechanism:
         if self.mechanism.endswith(".toml"):
@@ -57,8 +57,7 @@ class Setup:
 
 def _impact(mechanism: str, parameters: dict[str, float]) -> Setup:
     """Return the setup of an impact up to separation."""
-    until, options = ("separation",), {"reload": "virgin"}
-    return Setup(mechanism, "bilinear-hertz", parameters, until, 0.01, options)
+    return Setup(mechanism, paper_law(reload="virgin"), parameters, ("separation",), 0.01)
 
 
 SETUPS = {
@@ -67,7 +66,7 @@ SETUPS = {
         "two-link-arm",
         STIFF | {"mu": ARM.mu, "h": -0.5 * sum(math.sin(a) for a in ARM.start[:2])},
     ),
-    BELT.name: Setup("shaken_belt.toml", "rigid", {}, (), BELT.duration, {}),
+    BELT.name: Setup("shaken_belt.toml", RigidLaw(), {}, (), BELT.duration),
 }
 
 NAMES = {
