@@ -298,6 +298,20 @@ def test_feet_that_touch_just_before_a_rigid_one_do_not_slip_without_end():
     assert run.final["y_dot"] == pytest.approx(v - g * since, rel=1e-13)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("v", "friction"), [(0.6929, (0, 0, 0.0787)), (0.6496, (0.8875, 0, 0.4342))]
+)
+def test_a_table_that_comes_straight_down_has_no_events_of_slip(v, friction):
+    """No foot ever slips: a slip by rounding, which is within its tolerance, has no end either."""
+    own = dict(zip(("mu_left", "mu_middle", "mu_right"), friction, strict=True))
+    run = scene(TABLE, "left=hunt-crossley,middle=rigid,right=hunt-crossley").run(
+        {"y_dot": v}, t_end=0.3, parameters=own
+    )
+    assert run.stop_reason is ps.StopReason.T_END and len(run.events) > 20
+    assert [e.kind for e in run.events if "slip" in str(e.kind)] == []
+
+
 def test_energy_of_a_block_that_stays_at_rest_closes():
     run = scene(FEET).run({}, t_end=0.6)
     assert max(abs(v) for n, v in run.final.items() if n.endswith("_dot")) < 1e-12
