@@ -49,11 +49,18 @@ def show_classification(classification: Classification | SpatialClassification) 
     else:
         _show_closed(classification)
     show()
-    show(f"case: {classification.case.value} ({classification.case.sentence})")
+    _show_case(classification)
     if classification.solutions:
         _show_solutions(classification)
     if classification.chatter:
         _show_chatter(classification)
+
+
+def _show_case(classification: Classification | SpatialClassification) -> None:
+    case = classification.case
+    show(f"case: {case.value} ({case.sentence})")
+    if case is ContactCase.INCONSISTENT and classification.single:
+        show("Only an impulse can answer: see the command jump.")
 
 
 def _show_in_space(classification: SpatialClassification) -> None:
@@ -85,7 +92,7 @@ def _show_in_space(classification: SpatialClassification) -> None:
         is_open = f"; open: {', '.join(classification.open)}" if classification.open else ""
         show(f"closed: {closed}{is_open}")
     show()
-    show(f"case: {classification.case.value} ({classification.case.sentence})")
+    _show_case(classification)
     force = max((abs(f) for s in solutions for F in s.forces for f in F.tolist()), default=0.0)
     rate = max(
         (abs(v) for s in solutions for a in s.accelerations for v in a.tolist()), default=0.0
@@ -130,12 +137,13 @@ def _show_coefficients(classification: Classification) -> None:
     """Print A and B of the only contact in slip and in sticking."""
     (own,), problem = classification.coefficients, classification.problem
     show("normal acceleration of the contact as a function of the normal force F_n")
+    slips = [("slip", own.A)]
+    if problem.bilateral[0]:
+        show("(it is 0: the contact holds from both sides)")
+        slips = [("slip, F_n > 0", own.A), ("slip, F_n < 0", own.A_pull)]
     if not problem.slip_direction:
         show("(v_t = 0 here; slip along the free acceleration is meant)")
     B = f"B  = {number(own.B)} m/s^2"
-    slips = [("slip", own.A)]
-    if problem.bilateral[0]:
-        slips = [("slip, F_n > 0", own.A), ("slip, F_n < 0", own.A_pull)]
     rows = [(name, "A F_n + B", f"A  = {number(A)} 1/kg", B) for name, A in slips]
     stick = f"A' = {number(own.A_stick)} 1/kg", f"B' = {number(own.B_stick)} m/s^2"
     show_table(("",) * 4, [*rows, ("stick", "A' F_n + B'", *stick)], left=(0, 1, 2, 3))
@@ -143,8 +151,6 @@ def _show_coefficients(classification: Classification) -> None:
         sign, meaning = ("<", "one solution") if own.excess < 0 else (">=", "none, one or two")
         excess = quantity(own.excess, "1/kg")
         show(f"mu |W_nt| - W_nn = {excess} {sign} 0: {meaning} while it slips")
-        if classification.case is ContactCase.INCONSISTENT:
-            show("Only an impulse can answer: see the command jump.")
 
 
 def _show_closed(classification: Classification) -> None:

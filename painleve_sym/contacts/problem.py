@@ -1026,7 +1026,7 @@ def case_of(solutions: Sequence[Verified], b: FloatArray, plural: bool) -> Conta
         return ContactCase.INCONSISTENT
     if len(solutions) == 1 and solutions[0].isolated is not False:
         return ContactCase.UNIQUE if plural else _CASES.get(solutions[0].modes[0], ContactCase.SLIP)
-    motions = [np.ravel(s.accelerations) for s in solutions]
+    motions = [np.hstack(list(s.accelerations)) for s in solutions]
     near = _SAME_MOTION * float(np.max(np.abs(b)))
     same = plural and np.allclose(motions, motions[0], rtol=0, atol=near)
     return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE

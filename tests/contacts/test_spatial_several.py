@@ -115,9 +115,12 @@ def test_one_disc_at_rest_among_others_has_all_its_solutions():
         searched = ps.SpatialProblem(W, b, sets, slip)
         vars(searched)["_of_one"] = None
         assert not searched.complete
-        own = all_forces(problem.solutions())
+        solutions = problem.solutions()
+        own = all_forces(solutions)
         assert_same(own, all_forces(searched.solutions()))
         counts.add(len(own))
+        cases = ps.ContactCase.INCONSISTENT, ps.ContactCase.UNIQUE, ps.ContactCase.INDETERMINATE
+        assert problem.case_of(solutions) is cases[min(len(own), 2)]
     assert {0, 1, 2} <= counts
     for _ in range(20):
         (W, b, mu), (V, a, nu) = (random_problem(rng) for _ in range(2))
