@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from painleve_sym.complementarity.uniqueness import Uniqueness as Uniqueness
     from painleve_sym.contacts.chatter import Chatter as Chatter
     from painleve_sym.contacts.classify import Classification as Classification
+    from painleve_sym.contacts.classify import NormalCoefficients as NormalCoefficients
     from painleve_sym.contacts.classify import classify as classify
     from painleve_sym.contacts.classify_in_space import (
         SpatialClassification as SpatialClassification,
@@ -162,7 +163,7 @@ _NAMES = {
     "complementarity.lcp": ("LCP",),
     "complementarity.uniqueness": ("Uniqueness",),
     "contacts.chatter": ("Chatter",),
-    "contacts.classify": ("Classification", "classify"),
+    "contacts.classify": ("Classification", "NormalCoefficients", "classify"),
     "contacts.classify_in_space": ("SpatialClassification",),
     "contacts.friction_set": ("Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),

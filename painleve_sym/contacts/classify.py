@@ -40,7 +40,7 @@ class Classification(ClassifiedState[ContactProblem, ContactSolution]):
     Attributes
     ----------
     A_sticks, B_sticks : ndarray, shape (n,)
-        A′ and B′ of each closed contact; see `ContactCoefficients`.
+        A′ and B′ of each closed contact; see `NormalCoefficients`.
 
     Examples
     --------
@@ -61,11 +61,11 @@ class Classification(ClassifiedState[ContactProblem, ContactSolution]):
         return self.problem.uniqueness()
 
     @cached_property
-    def coefficients(self) -> tuple[ContactCoefficients, ...]:
+    def coefficients(self) -> tuple[NormalCoefficients, ...]:
         """A and B of each closed contact, the others open."""
         sticking = zip(self.A_sticks.tolist(), self.B_sticks.tolist(), strict=True)
         return tuple(
-            ContactCoefficients.of(self.problem.alone(i), *stick)
+            NormalCoefficients.of(self.problem.alone(i), *stick)
             for i, stick in enumerate(sticking)
         )
 
@@ -106,7 +106,7 @@ class Classification(ClassifiedState[ContactProblem, ContactSolution]):
         return self._only.B_stick
 
     @property
-    def _only(self) -> ContactCoefficients:
+    def _only(self) -> NormalCoefficients:
         (own,) = self.coefficients
         return own
 
@@ -138,7 +138,7 @@ class Classification(ClassifiedState[ContactProblem, ContactSolution]):
         return {"promise": self.promise.label}
 
 
-class ContactCoefficients(NamedTuple):
+class NormalCoefficients(NamedTuple):
     """The line g̈_N = A F_n + B of one contact in slip and in sticking, the others open.
 
     Attributes
@@ -154,6 +154,13 @@ class ContactCoefficients(NamedTuple):
     excess : float
         μ |W_nt| − W_nn: where positive A < 0 for one direction of slip, and a bilateral slip has no
         solution or two; 1/kg.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> [own] = ps.classify("rod", {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}).coefficients
+    >>> own.slip, round(own.A, 6), round(own.B, 6), own.excess > 0
+    (-1, -0.033745, -8.958529, True)
     """
 
     slip: int
@@ -165,7 +172,7 @@ class ContactCoefficients(NamedTuple):
     excess: float
 
     @classmethod
-    def of(cls, problem: ContactProblem, A_stick: float, B_stick: float) -> ContactCoefficients:
+    def of(cls, problem: ContactProblem, A_stick: float, B_stick: float) -> NormalCoefficients:
         """Return the numbers of a problem of one contact, with those in sticking."""
         s = problem.slip_direction or (1 if problem.b_t > 0 else -1)
         A, A_pull = problem.A_slip(s), problem.A_slip(s, -1)

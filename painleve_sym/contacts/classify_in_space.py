@@ -41,7 +41,7 @@ class SpatialClassification(ClassifiedState[SpatialProblem, SpatialSolution]):
 
     def _contact_data(self, i: int) -> dict[str, Any]:
         alone = self.problem.alone(i)
-        return {"slip_velocity": list(alone.slip[0]), **ContactAnswer(alone, ()).coefficients()}
+        return {"slip_velocity": list(alone.slip[0]), **ContactAnswer(alone, ()).coefficient_data()}
 
     def _solution_data(self, solution: SpatialSolution, i: int) -> dict[str, Any]:
         return solution_data(solution, i)

@@ -143,7 +143,7 @@ class ContactAnswer:
         """Least μ_P over all directions of the surface's normal; None where none has a paradox."""
         return finite(float(least_over_normals(self.problem.W)))
 
-    def coefficients(self) -> dict[str, Any]:
+    def coefficient_data(self) -> dict[str, Any]:
         """Return the numbers that do not depend on the solutions as plain data."""
         return {
             "A": self.A,
@@ -156,7 +156,7 @@ class ContactAnswer:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
         return {
-            **self.coefficients(),
+            **self.coefficient_data(),
             "case": self.case.value,
             "solutions": [
                 solution_data(s) | {"isolated": s.isolated, "residual": s.residual}
