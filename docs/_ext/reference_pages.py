@@ -275,6 +275,7 @@ NAMED = {
     **dict.fromkeys(("state", "start", "velocity", "velocities"), "STATE"),
     **dict.fromkeys(("parameters",), "PARAMETER"),
     **dict.fromkeys(("formulas",), "FORMULA"),
+    **dict.fromkeys(("contacts",), "CONTACT"),
     **dict.fromkeys(("gradient", "joints", "noise"), "NAME"),
     **dict.fromkeys(("cases", "counts"), "CASE"),
 }
