@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import math
 
 import numpy as np
@@ -139,3 +140,30 @@ def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
     c.rod_contact_coefficients(address(p), address(x), 0, ctypes.byref(numbers))
     mass = done.trajectory.parameters["m"]
     np.testing.assert_allclose(numbers.A[:], 1 / mass, rtol=1e-14)
+
+
+@pytest.mark.parametrize("load", [0.0, 1e-3])
+def test_a_guide_that_needs_no_force_slips_on_or_stays(tmp_path, load):
+    """Without a load B = 0, and no force is a solution beside those of the two signs."""
+    scenario = SCENARIOS["guide"]
+    c = library(export_scenario(scenario, tmp_path / "c", "mine"))
+    simulator = simulator_of(scenario)
+    names, mechanism = simulator.outline.state_names, simulator.mechanism
+    for speed, mu in itertools.product((-1.0, 0.0, 1.0), (0.5, 3.0)):
+        given = {"P_1": load, "P_2": 0.0, "g": 0.0, "mu": mu}
+        state, parameters = {"phi": 1.2, "x_dot": speed}, dict(mechanism.at({}, given).parameters)
+        whole = dict.fromkeys(mechanism.state_names, 0.0) | state
+        problem = contact_problem(mechanism, whole, parameters)
+        p = np.array([parameters[n] for n in simulator.outline.parameter_names])
+        x = np.zeros(len(names))
+        for name, value in state.items():
+            x[names.index(name)] = value
+        c.mine_complete_state(address(p), address(x))
+        listed = Solutions()
+        case = CASES[c.mine_solve(address(p), address(x), 0, ctypes.byref(listed))]
+        every = problem.solutions()
+        assert (problem.b_n == 0) is (load == 0)
+        assert case is problem.case_of(every), (speed, mu)
+        if all(s.isolated for s in every):
+            modes = sorted(CASES[mode].value for mode in listed.mode[: listed.count])
+            assert modes == sorted(s.mode.value.partition("_")[0] for s in every)

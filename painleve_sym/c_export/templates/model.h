@@ -79,7 +79,7 @@ typedef struct {
   int count;
   double normal_force[6], tangential_force[6]; /* N */
   int slip[6]; /* sign of the slip velocity; 0 in sticking */
-  int mode[6]; /* enum ${name}_case: slip, stick, or liftoff where there is no force */
+  int mode[6]; /* enum ${name}_case: slip, stick, or liftoff: it opens */
 } ${name}_solutions;
 
 typedef struct {
