@@ -32,7 +32,7 @@ def contact_values(mechanism: Mechanism) -> dict[str, Any]:
         "motion": len(mechanism.motion),
         "own": len(names),
         "friction": ", ".join(map(str, friction)),
-        "sides": ", ".join(str(len(c.sides)) for c in mechanism.contacts),
+        "sides": ", ".join(str(len(c.sides)) for c in mechanism.outline.contacts),
         "rounding": repr(ROUNDING),
     }
 

@@ -65,8 +65,7 @@ class Classification(ClassifiedState[ContactProblem, ContactSolution]):
         """A and B of each closed contact, the others open."""
         sticking = zip(self.A_sticks.tolist(), self.B_sticks.tolist(), strict=True)
         return tuple(
-            NormalCoefficients.of(self.problem.alone(i), *stick)
-            for i, stick in enumerate(sticking)
+            NormalCoefficients.of(self.problem.alone(i), *stick) for i, stick in enumerate(sticking)
         )
 
     # ---- one contact: where it is `single` ----

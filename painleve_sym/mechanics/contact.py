@@ -84,11 +84,6 @@ class Contact:
         kind = "bilateral" if self.bilateral else "unilateral"
         return f"Contact {self.name!r} of {self.system.name!r}: {kind}, friction {self.friction}"
 
-    @property
-    def sides(self) -> tuple[int, ...]:
-        """Signs that its normal force may have."""
-        return (1, -1) if self.bilateral else (1,)
-
     def _faults(self) -> Iterator[str]:
         system = self.system
         # It becomes part of the names of states, outputs and functions.

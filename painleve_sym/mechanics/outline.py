@@ -53,6 +53,11 @@ class ContactOutline:
     depends_on_time: bool
     slip_across: str = ""
 
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """Signs that its normal force may have."""
+        return (1, -1) if self.bilateral else (1,)
+
 
 @dataclass(frozen=True)
 class BoundOutline:

@@ -106,7 +106,7 @@ class Scene:
     def _places(self) -> dict[str, Array]:
         formulas = scene_formulas(self.mechanism, self.shapes)
         values = self._values
-        rows = Pointwise(list(formulas.values()), list(values), engine="casadi")(values)
+        rows = Pointwise(list(formulas.values()), list(values))(values)
         return dict(zip(formulas, rows, strict=True))
 
     @cached_property
@@ -146,7 +146,7 @@ class Scene:
     def _levels(self) -> dict[str, Pointwise]:
         symbols = [*PLACE, *self._values]
         return {
-            name: Pointwise([surface], symbols, engine="casadi")
+            name: Pointwise([surface], symbols)
             for name, surface in ground_surfaces(self.mechanism).items()
         }
 
@@ -164,7 +164,7 @@ class Scene:
     def gap(self, contact: str) -> Array:
         """Return the gap of a contact, shape (frames,); m."""
         formula = next(c.gap for c in self.mechanism.contacts if c.name == contact)
-        values: Array = Pointwise([formula], list(self._values), engine="casadi")(self._values)[0]
+        values: Array = Pointwise([formula], list(self._values))(self._values)[0]
         return values
 
     def slid(self, contact: str) -> Array:

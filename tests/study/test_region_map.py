@@ -206,13 +206,6 @@ def test_map_masks_what_is_outside_the_domain(rod):
     assert (regions.crossings[:, 0] > 0).all()
 
 
-def test_map_engines_agree(rod, rod_map):
-    ranges = {"theta": (0.1, 1.5), "theta_dot": (-5.0, 5.0)}
-    other = region_map(rod, ("theta", "theta_dot"), ranges=ranges, points=81, engine="casadi")
-    np.testing.assert_array_equal(rod_map.case, other.case)
-    np.testing.assert_allclose(rod_map.crossings, other.crossings, atol=1e-13)
-
-
 def test_map_says_where_the_contact_is_not_closed():
     with pytest.warns(PainleveWarning, match="drawn as if the contact were closed"):
         region_map(model("strut"), ("theta", "mu"), points=10)
@@ -281,11 +274,13 @@ def test_map_refuses_bad_input(rod, call, words):
         region_map(rod, over, **options)
 
 
-def test_map_without_compiler_says_so_once(rod, monkeypatch, tmp_path):
+def test_map_without_compiler_is_the_same(rod, rod_map, monkeypatch, tmp_path):
     monkeypatch.setenv("CC", str(tmp_path / "none"))
-    with pytest.warns(PainleveWarning) as caught:
-        region_map(rod, ("theta", "mu"), points=10)
-    assert len(caught) == 1 and "slower engine" in str(caught[0].message)
+    ranges = {"theta": (0.1, 1.5), "theta_dot": (-5.0, 5.0)}
+    other = region_map(rod, ("theta", "theta_dot"), ranges=ranges, points=81)
+    np.testing.assert_array_equal(rod_map.case, other.case)
+    np.testing.assert_allclose(rod_map.crossings, other.crossings, atol=1e-13)
+    np.testing.assert_allclose(rod_map.flow, other.flow, rtol=1e-12)
 
 
 def test_map_refuses_several_contacts():
@@ -317,6 +312,31 @@ def test_bilateral_map_counts_solutions(tmp_path):
     regions.save(tmp_path / "klein.npz")
     again = RegionMap.load(tmp_path / "klein.npz")
     assert again.bilateral and again.to_dict() == regions.to_dict()
+
+
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_bilateral_map_flows_as_the_side_that_bears():
+    """F_n = -B/A with the sign it was assumed to have, and friction against the slip."""
+    klein = model("painleve-klein")
+    system, c = klein.system, klein.coefficients
+    normal, tangential = c.force_directions
+    x, phi = system.q_dot
+    bearing = []
+    for load in (-30.0, 30.0):
+        options = {"state": {"phi_dot": 0.5}, "parameters": {"P_2": load}, "points": 24}
+        regions = region_map(klein, ("phi", "x_dot"), **options)
+        numbers = {p.symbol: regions.parameters[p.name] for p in system.parameters}
+        slips = np.argwhere(regions.case == LEGEND["slip"])
+        for i, j in slips[:: len(slips) // 6]:
+            angle, speed = float(regions.values[0][i]), float(regions.values[1][j])
+            values = {**numbers, system.q[0]: 0.0, system.q[1]: angle, x: speed, phi: 0.5}
+            forces = [(side, -c.B / (c.W_nn + side * c.mu * c.W_nt)) for side in (1, -1)]
+            ((side, force),) = (f for f in forces if f[0] * float(f[1].subs(values)) > 0)
+            change = (normal[0] + side * c.mu * tangential[0]) * force
+            want = float((system.free_acceleration[0] + change).subs(values))
+            np.testing.assert_allclose(regions.flow[:, i, j], [0.5, want], rtol=1e-9)
+            bearing.append(side)
+    assert set(bearing) == {1, -1}
 
 
 # ---- curves and zeros of plain functions ----

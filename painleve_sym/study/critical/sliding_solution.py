@@ -198,7 +198,7 @@ class SlidingAnalysis:
             A_dot, B_dot = coefficient_rates(c, slip)
             at = {F_N: c.slip_force(slip)}
             parts += [A_dot.xreplace(at), -B_dot.diff(F_N).xreplace(at) / c.A(slip)]
-        return Pointwise(parts, self._symbols, engine="casadi")
+        return Pointwise(parts, self._symbols)
 
     @property
     def _symbols(self) -> tuple[Any, ...]:
@@ -218,9 +218,8 @@ class SlidingAnalysis:
                     [sliding_force_rate(c, slip)],
                     self._symbols,
                     derivatives=moving,
-                    engine="casadi",
                 ),
-                Pointwise([rates[s] for s in moving], self._symbols, engine="casadi"),
+                Pointwise([rates[s] for s in moving], self._symbols),
             )
         return drift
 
@@ -231,7 +230,7 @@ class SlidingAnalysis:
         parts = [law.exponent, self._saddles[0].slope]
         for saddle in self._saddles:
             parts += saddle.rates
-        return Pointwise(parts, (symbols.A, symbols.B, symbols.DEPTH, *own), engine="casadi")
+        return Pointwise(parts, (symbols.A, symbols.B, symbols.DEPTH, *own))
 
     def at(
         self, state: Mapping[str, float], parameters: Mapping[str, float] | None = None

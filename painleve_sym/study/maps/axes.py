@@ -9,14 +9,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of, number, whole_number
-from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.closing import closed_states, unknowns
+from painleve_sym.contacts.delassus import domain_margins
 from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.units import Value
 
@@ -43,7 +42,6 @@ class MapPlace:
     over: tuple[str, str]
     labels: tuple[str, str]
     units: tuple[str, str]
-    symbols: tuple[sp.Symbol, sp.Symbol]
     values: tuple[Array, Array]
     state: dict[str, float]
     parameters: dict[str, float]
@@ -51,28 +49,16 @@ class MapPlace:
     close: str = ""
     solved: Mapping[str, Array] = field(default_factory=dict)
 
-    @property
-    def all_symbols(self) -> tuple[sp.Symbol, ...]:
-        """Coordinates, velocities, the time where it occurs, and parameters."""
-        return (*self.mechanism.motion, *(p.symbol for p in self.mechanism.system.parameters))
-
-    def held_symbols(self) -> dict[Any, float]:
-        """Return the held numbers by symbol."""
-        return _by_symbol(self.mechanism, {**self.state, **self.parameters})
-
-    def at(self, first: Array, second: Array) -> dict[Any, Any]:
-        """Return the values of all symbols at points of the map, nan for what does not close."""
-        values = {**self.held_symbols(), self.symbols[0]: first, self.symbols[1]: second}
+    def at(self, first: Array, second: Array) -> dict[str, Any]:
+        """Return the values of all names at points of the map, nan for what does not close."""
+        values: dict[str, Any] = {**self.state, **self.parameters}
+        values |= dict(zip(self.over, (first, second), strict=True))
         if self.close:
-            symbols = {s.name: s for s in self.all_symbols}
-            named: dict[str, Any] = {name: values[s] for name, s in symbols.items()}
-            if self.solved:
-                named |= self._guesses(named, first, second)
-            solved = closed_states(self.mechanism, named, self.close)
-            values |= {symbols[name]: array for name, array in solved.items()}
+            guesses = self._guesses(values, first, second) if self.solved else {}
+            values |= closed_states(self.mechanism, values | guesses, self.close)
         return values
 
-    def _guesses(self, named: Mapping[str, Any], first: Array, second: Array) -> dict[str, Array]:
+    def _guesses(self, values: Mapping[str, Any], first: Array, second: Array) -> dict[str, Array]:
         """Return what closes the contact at the nearest points of the grid, where anything does."""
         parts = zip((first, second), self.values, strict=True)
         cells = [(at - v[0]) / (v[1] - v[0]) for at, v in parts]
@@ -82,20 +68,17 @@ class MapPlace:
             for cell, v in zip(cells, self.values, strict=True)
         )
         known = {name: grid[nearest] for name, grid in self.solved.items()}
-        return {n: np.where(np.isfinite(v), v, named[n]) for n, v in known.items()}
+        return {n: np.where(np.isfinite(v), v, values[n]) for n, v in known.items()}
 
-    def grid(self) -> dict[Any, Any]:
-        """Return the values of all symbols on the grid."""
+    def grid(self) -> dict[str, Any]:
+        """Return the values of all names on the grid."""
         return self.at(self.values[0][:, None], self.values[1][None, :])
 
-    def with_solved(self, grid: Mapping[Any, Any]) -> MapPlace:
+    def with_solved(self, grid: Mapping[str, Any]) -> MapPlace:
         """Return the place that knows the values of what is solved for on its grid."""
         named = unknowns(self.mechanism, self.close) if self.close else ()
-        names = {unknown.name for unknown in named}
         shape = len(self.values[0]), len(self.values[1])
-        solved = {
-            s.name: np.broadcast_to(grid[s], shape) for s in self.all_symbols if s.name in names
-        }
+        solved = {u.name: np.broadcast_to(grid[u.name], shape) for u in named}
         return dataclasses.replace(self, solved=solved)
 
 
@@ -139,14 +122,12 @@ def map_place(
             raise InputError(
                 f"{where}: range {name}: its {points} points are not distinct numbers."
             )
-    described = [_described(mechanism, name) for name in axes]
-    labels, units, symbols = zip(*described, strict=True)
+    labels, units = zip(*(_described(mechanism, name) for name in axes), strict=True)
     return MapPlace(
         where=where,
         over=axes,
         labels=labels,
         units=units,
-        symbols=symbols,
         values=(grid[0], grid[1]),
         state={n: v for n, v in start.items() if n not in axes},
         parameters={n: v for n, v in values.items() if n not in axes},
@@ -185,7 +166,7 @@ def _check_kind(mechanism: Mechanism, where: str, points: int, slip: float) -> N
 
 def _checked_names(mechanism: Mechanism, where: str, axes: str | Sequence[str]) -> tuple[str, str]:
     over = names_of(axes, f"{where}: axes")
-    known = (*mechanism.state_names, *(p.name for p in mechanism.system.parameters))
+    known = mechanism.outline.argument_names
     if mechanism.outline.in_space:
         known = (*known, SLIP_DIRECTION)
     for name in over:
@@ -201,7 +182,7 @@ def _checked_names(mechanism: Mechanism, where: str, axes: str | Sequence[str]) 
 
 
 def _parameter(mechanism: Mechanism, name: str) -> Parameter | None:
-    return next((p for p in mechanism.system.parameters if p.name == name), None)
+    return next((p for p in mechanism.outline.parameters if p.name == name), None)
 
 
 def _checked_range(mechanism: Mechanism, where: str, name: str, span: Any) -> tuple[float, float]:
@@ -245,24 +226,18 @@ def default_range(
         return -math.pi, math.pi
     if name in mechanism.outline.velocity_names:
         return -SPEED, SPEED
-    if name in map(str, mechanism.system.clock):
+    if name == TIME_NAME:
         return 0.0, 1.0
-    coordinate = next(c for c in mechanism.system.coordinates if c.name == name)
+    coordinate = next(c for c in mechanism.outline.coordinates if c.name == name)
     if coordinate.unit != "rad":
         return -1.0, 1.0
     angles = np.linspace(-math.pi, math.pi, 721)
-    if mechanism.domain:
-        symbols = {**_by_symbol(mechanism, {**state, **parameters}), coordinate.symbol: angles}
-        margins = Pointwise([b.margin for b in mechanism.domain], tuple(symbols), engine="casadi")
-        inside = angles[(margins(symbols) > 0).all(axis=0)]
+    if mechanism.outline.domain:
+        held = dict.fromkeys(mechanism.outline.argument_names, math.nan) | {**state, **parameters}
+        values = {n: np.full(len(angles), v) for n, v in held.items()} | {name: angles}
+        inside = angles[(domain_margins(mechanism).rows(values) > 0).all(axis=0)]
         angles = inside if len(inside) > 1 else angles
     return float(angles[0]), float(angles[-1])
-
-
-def _by_symbol(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Any, Any]:
-    """Return the values of states and parameters, those that are given, by their symbols."""
-    symbols = (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
-    return {s: values[s.name] for s in symbols if s.name in values}
 
 
 def parameter_range(parameter: Parameter) -> tuple[float, float]:
@@ -276,11 +251,8 @@ def parameter_range(parameter: Parameter) -> tuple[float, float]:
     return low, high
 
 
-def _described(mechanism: Mechanism, name: str) -> tuple[str, str, sp.Symbol]:
-    """Return LaTeX, unit and symbol of an axis."""
+def _described(mechanism: Mechanism, name: str) -> tuple[str, str]:
+    """Return LaTeX and unit of an axis."""
     if name == SLIP_DIRECTION:
-        return r"\varphi", "rad", sp.Symbol(name, real=True)
-    symbols = {s.name: s for s in (*mechanism.system.symbols, *mechanism.system.clock)}
-    if name not in mechanism.units:
-        raise InputError(unknown_name("axis", name, mechanism.state_names))
-    return mechanism.latex_names[name], mechanism.units[name], symbols[name]
+        return r"\varphi", "rad"
+    return mechanism.latex_names[name], mechanism.units[name]

@@ -5,38 +5,27 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import sympy as sp
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.contacts.closing import closing_hint, unknowns
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.local_mode import rounded_difference
+from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.notebooks import Shown
 from painleve_sym.progress import progress
 from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
-from painleve_sym.study.maps.case_codes import LEGEND, case_codes
-from painleve_sym.study.maps.spatial_map import SpatialMap
-from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
+from painleve_sym.study.maps.case_codes import LEGEND
+from painleve_sym.study.maps.contact_map import CURVES, ContactMap
 from painleve_sym.units import Value
 
 FORMAT = "painleve-sym map 1"
-CURVES = ("A", "B", "A_pull")
-"""Of a contact that can open, the first two."""
-ROD_FAMILY = ("rod", "rod-inertia")
-SINGULAR = 1e-13
-"""Part of W_nn below which A′, the difference of two terms of that size, is their rounding."""
 
 _ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "crossings")
 _OPTIONAL = ("flow", "A_pull")
@@ -245,7 +234,6 @@ def region_map(
     state: Mapping[str, Value] | None = None,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
-    engine: str = "auto",
 ) -> RegionMap:
     """Return the case of the rigid contact over two quantities, for one slip direction.
 
@@ -272,8 +260,6 @@ def region_map(
     close : str, optional
         A coordinate for which gap = 0 is solved at every point, a velocity for which gap_rate = 0
         is; see `contacts.closing.closed_state`. Points that nothing closes are outside.
-    engine : {"auto", "compiled", "casadi"}
-        See `Pointwise`.
 
     Raises
     ------
@@ -302,30 +288,26 @@ def region_map(
     if slip is None:
         slip = math.pi if in_space else -1
     place = map_place(mechanism, over, ranges, points, slip, state, parameters, close)
-    thresholds = {} if in_space else _thresholds(mechanism, place, int(slip))
+    contact = ContactMap(mechanism, place, float(slip) if in_space else int(slip))
+    thresholds = contact.closed_thresholds()
     place = reaching(place, ranges, thresholds.get("mu_P"))
     with progress(f"{where} at {points} x {points} points"):
         grid = place.grid()
         place = place.with_solved(grid)
-        if in_space:
-            spatial = SpatialMap(mechanism, place, float(slip))
-            grids, is_open, thresholds = spatial.grids(grid)
-        else:
-            grids, is_open = _grids(mechanism, place, grid, int(slip), engine)
+        contact = replace(contact, place=place)
+        grids, is_open, on_grid = contact.grids(grid)
         if not (grids["case"] >= 0).any():
             raise InputError(_nothing_inside(mechanism, place))
-        curves, crossings, shared = (
-            spatial.zeros(grids) if in_space else _zeros(mechanism, place, int(slip), grids, engine)
-        )
+        curves, crossings, shared = contact.zeros(grids)
     _tell_where_open(place, is_open)
     return RegionMap(
         mechanism=mechanism.name,
-        slip=float(slip) if in_space else int(slip),
+        slip=contact.slip,
         **{name: getattr(place, name) for name in _PLACE},
         **grids,
         curves=curves,
         crossings=crossings,
-        thresholds=thresholds,
+        thresholds=thresholds | on_grid,
         state_units={name: mechanism.units[name] for name in place.state},
         shared_zeros=[
             {name: v for name, v in zip(place.over, curve, strict=True) if v is not None}
@@ -334,64 +316,11 @@ def region_map(
     )
 
 
-def _A(mechanism: Mechanism, slip: int) -> sp.Expr:
-    # As `ContactProblem` computes it, so that both round alike.
-    c = mechanism.coefficients
-    return c.W_nn - slip * c.mu * c.W_nt
-
-
-def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
-    """Return the rates of both axes in slip; none where an axis is a parameter.
-
-    With F_n < 0 the friction of a bilateral contact has the sign of slip in the opposite direction.
-    """
-    system, c = mechanism.system, mechanism.coefficients
-    rates = dict(system.rates)
-    if not all(s in rates or s in system.q_dot for s in place.symbols):
-        return []
-    normal, tangential = c.force_directions
-    force = -c.B / _A(mechanism, slip)
-    for i, speed in enumerate(system.q_dot):
-        along = normal[i] - slip * c.mu * tangential[i]
-        rates[speed] = system.free_acceleration[i] + along * force
-    return [rates[s] for s in place.symbols]
-
-
-def _grids(
-    mechanism: Mechanism, place: MapPlace, grid: Mapping[Any, Any], slip: int, engine: str
-) -> tuple[dict[str, Any], NDArray[np.bool_]]:
-    """Return the map's fields on its grid, and whether the contact is open where inside."""
-    sides = mechanism.contact.sides
-    flow = [rate for side in sides for rate in _flow(mechanism, place, slip * side)]
-    at = Delassus.of(mechanism).at_each({s.name: grid[s] for s in place.all_symbols})
-    (W_nn, W_nt), W_tt, (B, b_t) = at.W[0], at.W[1, 1], at.b
-    A_stick, B_stick, mu = at.A_stick[0], at.B_stick[0], at.mu[0]
-    inside = (at.margins > 0).all(axis=0)
-    inside &= np.isfinite([W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu]).all(axis=0)
-    with np.errstate(all="ignore"):
-        A, *pull = (rounded_difference(W_nn, slip * side * mu * W_nt) for side in sides)
-        force = -B_stick / A_stick
-        size = np.max([side * force for side in sides], axis=0)
-        reserve = mu * W_tt * size - np.abs(W_nt * force + b_t)
-        sticks = inside & (A_stick > SINGULAR * W_nn) & ((size > 0) | bool(pull)) & (reserve >= 0)
-    case = np.where(inside, case_codes((A, *pull), B), LEGEND["outside"]).astype(np.int8)
-    fields = {"A": A, "B": B, "A_stick": A_stick, "B_stick": B_stick}
-    grids: dict[str, Any] = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
-    grids |= {"case": case, "stick_feasible": sticks, "flow": None}
-    grids["A_pull"] = np.where(inside, pull[0], np.nan) if pull else None
-    if flow:
-        rates = Pointwise(flow, place.all_symbols, engine=engine)(grid)
-        # Where there is one solution, F_n has the sign of −B.
-        rates = np.where(B <= 0, rates[:2], rates[-2:])
-        grids["flow"] = np.where(case == LEGEND["slip"], rates, np.nan)
-    is_open = (np.abs(at.gap) > at.gap_tolerance) | (np.abs(at.gap_rate) > at.rate_tolerance)
-    return grids, is_open[0][inside]
-
-
 def _nothing_inside(mechanism: Mechanism, place: MapPlace) -> str:
-    bounded = {s.name for b in mechanism.domain for s in b.margin.free_symbols}
+    bounds = mechanism.outline.domain
+    bounded = {name for bound in bounds for name in bound.names}
     held = ", ".join(f"{n} = {v:g}" for n, v in place.state.items() if n in bounded)
-    needs = ", ".join(f"{b.margin} > 0 ({b.meaning})" for b in mechanism.domain)
+    needs = ", ".join(f"{bound.margin} > 0 ({bound.meaning})" for bound in bounds)
     inside = f"inside the domain with {held}" if held else "inside the domain"
     return (
         f"{place.where}: no point of the map is {inside}: "
@@ -409,85 +338,3 @@ def _tell_where_open(place: MapPlace, is_open: NDArray[np.bool_]) -> None:
             PainleveWarning,
             stacklevel=3,
         )
-
-
-def _zeros(
-    mechanism: Mechanism, place: MapPlace, slip: int, grids: Mapping[str, Array], engine: str
-) -> tuple[dict[str, Array], Array, list[SharedCurve]]:
-    """Return the curves A = 0 and B = 0, where they cross, and where both vanish together."""
-    curves, crossings, shared = _zeros_of_pair(
-        mechanism, place, slip, grids["A"], grids["B"], engine
-    )
-    if grids["A_pull"] is not None:
-        pull = grids["A_pull"]
-        others, more, both = _zeros_of_pair(mechanism, place, -slip, pull, grids["B"], engine)
-        curves["A_pull"] = others["A"]
-        crossings = np.array(sorted([*crossings.tolist(), *more.tolist()])).reshape(-1, 2)
-        shared += [curve for curve in both if curve not in shared]
-    return curves, crossings, shared
-
-
-def _zeros_of_pair(
-    mechanism: Mechanism, place: MapPlace, slip: int, A: Array, B: Array, engine: str
-) -> tuple[dict[str, Array], Array, list[SharedCurve]]:
-    parts = [_A(mechanism, slip), mechanism.coefficients.B]
-    held = _held(mechanism, place)
-    directions = (*place.symbols, *(symbol for symbol, _ in held))
-    parts += [zero for _, zero in held]
-    both = Pointwise(parts, place.all_symbols, derivatives=directions, engine=engine)
-    x, y = place.values
-
-    def system(first: Array, second: Array) -> Array:
-        rows = both(place.at(first, second))
-        slopes = rows[len(parts) :].reshape(len(parts), len(directions), *first.shape)
-        for k in range(len(held)):
-            # Along the axes what is solved for changes as its equation 0 = zero says.
-            own = slopes[2 + k]
-            with np.errstate(all="ignore"):
-                change = -own[:2] / own[2 + k]
-            slopes[:, :2] += slopes[:, None, 2 + k] * change
-        return np.concatenate([rows[:2], slopes[0, :2], slopes[1, :2]])
-
-    curves = {
-        "A": zero_segments(lambda a, b: system(a, b)[0], x, y, A),
-        "B": zero_segments(lambda a, b: system(a, b)[1], x, y, B),
-    }
-    crossings, shared = common_zeros(system, x, y, A, B)
-    if margins := [b.margin for b in mechanism.domain]:
-        inside = Pointwise(margins, place.all_symbols, engine="casadi")(place.at(*crossings.T)) > 0
-        crossings = crossings[inside.all(axis=0)]
-    return curves, crossings, shared
-
-
-def _held(mechanism: Mechanism, place: MapPlace) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return what is solved for at every point, each with what is 0 there."""
-    symbols = {s.name: s for s in place.all_symbols}
-    named = unknowns(mechanism, place.close) if place.close else ()
-    equations = []
-    for unknown in named:
-        contact = mechanism.contacts[unknown.contact]
-        zero = contact.gap_rate if unknown.is_velocity else contact.gap
-        equations.append((symbols[unknown.name], zero))
-    return equations
-
-
-def _thresholds(mechanism: Mechanism, place: MapPlace, slip: int) -> dict[str, float]:
-    """Return μ_P, and μ_C of the rods, where they have a closed form, as numbers."""
-    c = mechanism.coefficients
-    inner = (c.W_nn.free_symbols | c.W_nt.free_symbols) & set(mechanism.system.q)
-    names = [s.name for s in inner if s in place.symbols] or [s.name for s in inner]
-    if len(names) != 1 or c.W_nt == 0:
-        return {}
-    try:
-        # A bilateral contact has both signs of A in either slip direction.
-        either = 0 if mechanism.contact.bilateral else slip
-        value = critical_friction(c, either).minimum(names[0]).value
-        least = float(value.subs(place.held_symbols()))
-    except (InputError, TypeError):
-        return {}  # no closed form, or it depends on an axis
-    if not (math.isfinite(least) and least > 0):
-        return {}
-    thresholds = {"mu_P": least}
-    if mechanism.name in ROD_FAMILY:
-        thresholds["mu_C"] = 2 / math.sqrt(3) * least
-    return thresholds

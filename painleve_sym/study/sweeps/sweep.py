@@ -324,7 +324,7 @@ class Sweep:
             (W_nn, W_nt), B, slip = at.W[0], at.b[0], at.slip_velocity[0]
             A = [
                 rounded_difference(W_nn, side * np.sign(slip) * at.mu[0] * W_nt)
-                for side in mechanism.contact.sides
+                for side in mechanism.outline.contacts[0].sides
             ]
             codes = case_codes(A, B)
         codes = np.where(np.isfinite(A[0] + B), codes, CASES["outside"])

@@ -1,0 +1,298 @@
+"""The grids and curves of a map of one contact, for one direction of slip or, in space, over it."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.evaluate import at_points
+from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.closing import unknowns
+from painleve_sym.contacts.delassus import ContactNumbers, Delassus, argument_symbols
+from painleve_sym.contacts.local_mode import rounded_difference
+from painleve_sym.contacts.risk import friction_threshold, least_over_normals
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.declarations import TIME_NAME
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.study.maps.axes import SLIP_DIRECTION, MapPlace
+from painleve_sym.study.maps.case_codes import LEGEND, case_codes
+from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+ROD_FAMILY = ("rod", "rod-inertia")
+SINGULAR = 1e-13
+"""Part of W_nn below which A′, the difference of two terms of that size, is their rounding."""
+SIDE_OF_SLIP = "direction of slip times sign of the normal force"
+CURVES = ("A", "B", "A_pull")
+"""Of a contact that can open, the first two."""
+
+Grids = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class ContactMap:
+    """The map of the only contact of a mechanism.
+
+    `slip` is the sign of the slip velocity in the plane, its angle from t1 towards t2 in space.
+    """
+
+    mechanism: Mechanism
+    place: MapPlace
+    slip: float
+
+    @cached_property
+    def _numbers(self) -> Delassus:
+        return Delassus.of(self.mechanism)
+
+    @property
+    def _in_space(self) -> bool:
+        return self.mechanism.outline.in_space
+
+    @property
+    def _sides(self) -> tuple[int, ...]:
+        return self.mechanism.outline.contacts[0].sides
+
+    # ---- grids ----
+
+    def grids(self, grid: Mapping[str, Any]) -> tuple[Grids, NDArray[np.bool_], dict[str, float]]:
+        """Return the fields of the map, whether the contact is open where inside, thresholds.
+
+        The thresholds are those on the grid, in space alone; `closed_thresholds` has the others.
+        """
+        at = self._numbers.at_each(grid)
+        W, b, mu, B = at.W, at.b, at.mu[0], at.b[0]
+        inside = (at.margins > 0).all(axis=0) & np.isfinite(W).all(axis=(0, 1))
+        inside &= np.isfinite(b).all(axis=0) & np.isfinite(mu)
+        if self._in_space:
+            angle = np.asarray(grid.get(SLIP_DIRECTION, self.slip))
+            coupling = W[0, 1] * np.cos(angle) + W[0, 2] * np.sin(angle)
+            sticks, thresholds = _sticks_in_space(at, inside)
+        else:
+            coupling = self.slip * W[0, 1]
+            inside &= np.isfinite([at.A_stick[0], at.B_stick[0]]).all(axis=0)
+            sticks, thresholds = _sticks_in_plane(at, inside, self._sides), {}
+        with np.errstate(all="ignore"):
+            A, *pull = (rounded_difference(W[0, 0], side * mu * coupling) for side in self._sides)
+        case = np.where(inside, case_codes((A, *pull), B), LEGEND["outside"]).astype(np.int8)
+        fields = {"A": A, "B": B, "A_stick": at.A_stick[0], "B_stick": at.B_stick[0]}
+        grids: Grids = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
+        grids |= {"case": case, "stick_feasible": sticks}
+        grids["A_pull"] = np.where(inside, pull[0], np.nan) if pull else None
+        grids["flow"] = self._flow(grid, B, case)
+        is_open = (np.abs(at.gap) > at.gap_tolerance) | (np.abs(at.gap_rate) > at.rate_tolerance)
+        return grids, is_open[0][inside], thresholds
+
+    def _flow(self, grid: Mapping[str, Any], B: Array, case: NDArray[np.int8]) -> Array | None:
+        """Return the rates of both axes in slip; None in space, and where one is a parameter."""
+        outline, over = self.mechanism.outline, self.place.over
+        if self._in_space or not set(over) <= set(outline.state_names):
+            return None
+        # Where there is one solution, F_n has the sign of −B, and friction that of the slip for it.
+        function = _slip_accelerations(self._numbers)
+        sides = np.where(B <= 0, 1, -1) if len(self._sides) > 1 else np.ones(B.shape)
+        values = {**grid, SIDE_OF_SLIP: self.slip * sides}
+        flat = {n: np.broadcast_to(v, B.shape).reshape(-1) for n, v in values.items()}
+        velocities = {v.row: v.name for v in outline.velocities}
+        rates = dict(zip(function.names, function.rows(flat), strict=True))
+        rates |= {row: flat[name] for row, name in velocities.items()}
+        rates[TIME_NAME] = np.ones(B.size)
+        flow = np.stack([rates[name].reshape(B.shape) for name in over])
+        return np.where(case == LEGEND["slip"], flow, np.nan)
+
+    def closed_thresholds(self) -> dict[str, float]:
+        """Return μ_P, and μ_C of the rods, where they have a closed form, as numbers.
+
+        Both are of a contact in the plane whose friction threshold depends on one coordinate.
+        """
+        if self._in_space:
+            return {}
+        mechanism, place = self.mechanism, self.place
+        over = [c.name for c in mechanism.outline.coordinates if c.name in place.over]
+        # A bilateral contact has both signs of A in either slip direction.
+        slip = 0 if len(self._sides) > 1 else int(self.slip)
+        symbolic = quantities(
+            f"critical friction in slip {slip} over {over}",
+            mechanism.definition,
+            mechanism.outline.argument_names,
+            lambda: (
+                {"mu_P": _least_critical_friction(mechanism, over, slip)},
+                argument_symbols(mechanism),
+            ),
+            compiles=False,
+        )
+        # It is nan where it depends on an axis.
+        values = {**place.state, **place.parameters, **dict.fromkeys(place.over, math.nan)}
+        least = symbolic(values)["mu_P"]
+        if not (math.isfinite(least) and least > 0):
+            return {}
+        thresholds = {"mu_P": least}
+        if mechanism.name in ROD_FAMILY:
+            thresholds["mu_C"] = 2 / math.sqrt(3) * least
+        return thresholds
+
+    # ---- curves ----
+
+    def zeros(self, grids: Grids) -> tuple[dict[str, Array], Array, list[SharedCurve]]:
+        """Return the curves A = 0 and B = 0, where they cross, and where both vanish together."""
+        x, y = self.place.values
+        curves, crossings, shared = dict[str, Array](), list[list[float]](), list[SharedCurve]()
+        for side, name in zip(self._sides, ("A", "A_pull"), strict=False):
+            system = functools.partial(self._system, side)
+            for row, curve in enumerate((name, "B")):
+                if curve not in curves:
+                    one = functools.partial(self._row, side, row)
+                    curves[curve] = zero_segments(one, x, y, grids[curve])
+            points, lines = common_zeros(system, x, y, grids[name], grids["B"])
+            if len(points):
+                margins = self._values(side, points[:, 0], points[:, 1])[6:]
+                points = points[(margins > 0).all(axis=0)]
+            crossings += points.tolist()
+            shared += [line for line in lines if line not in shared]
+        return curves, np.array(sorted(crossings)).reshape(-1, 2), shared
+
+    def _row(self, side: int, row: int, first: Array, second: Array) -> Array:
+        """Return A or B."""
+        return np.asarray(self._values(side, first, second)[row])
+
+    def _system(self, side: int, first: Array, second: Array) -> Array:
+        """Return A, B and their derivatives along the axes, A's first."""
+        return self._values(side, first, second)[:6]
+
+    def _values(self, side: int, first: Array, second: Array) -> Array:
+        """Return A, B, derivatives of both along the axes, margins of the domain.
+
+        A is that with normal forces of the sign `side`.
+        """
+        values = self.place.at(first, second)
+        values.setdefault(SLIP_DIRECTION, self.slip)
+        columns = np.broadcast_arrays(*(np.asarray(values[n], float) for n in self._arguments))
+        points = np.stack([column.reshape(-1) for column in columns], axis=1)
+        rows = at_points(self._functions[side], np.ascontiguousarray(points)).T
+        return rows.reshape(len(rows), *columns[0].shape)
+
+    @property
+    def _arguments(self) -> tuple[str, ...]:
+        return (*self.mechanism.outline.argument_names, SLIP_DIRECTION)
+
+    @cached_property
+    def _functions(self) -> dict[int, ca.Function]:
+        """A, B, their derivatives along the axes, and the margins, by all arguments."""
+        import casadi as ca
+
+        quantities = self._numbers.contact_quantities
+        places = {name: k for k, name in enumerate(quantities.names)}
+        arguments = self._arguments
+        x = ca.SX.sym("x", len(arguments))
+        values = quantities.function(x[:-1])
+        friction = x[arguments.index(self.mechanism.outline.contacts[0].friction)]
+        direction = (ca.cos(x[-1]), ca.sin(x[-1])) if self._in_space else (x[-1],)
+        W_nt = [values[places[f"W_0_{k}"]] for k in range(1, 1 + len(direction))]
+        coupling = sum((w * d for w, d in zip(W_nt, direction, strict=True)), ca.SX(0))
+        margins = [values[k] for name, k in places.items() if name.startswith("margin_")]
+        functions = {}
+        for side in self._sides:
+            A = values[places["W_0_0"]] - side * friction * coupling
+            both = ca.vertcat(A, values[places["b_0"]])
+            slopes = ca.jacobian(both, x)
+            along = slopes[:, [arguments.index(name) for name in self.place.over]]
+            for unknown in unknowns(self.mechanism, self.place.close) if self.place.close else ():
+                # Along the axes what is solved for changes as its equation says.
+                zero = values[places["gap_rate_0" if unknown.is_velocity else "gap_0"]]
+                rates = ca.jacobian(zero, x)
+                column = arguments.index(unknown.name)
+                change = -rates[[arguments.index(n) for n in self.place.over]] / rates[column]
+                along += ca.mtimes(slopes[:, column], change)
+            parts = ca.densify(ca.vertcat(both, ca.vec(along.T), *margins))
+            functions[side] = ca.Function("map", [x], ca.cse([parts]))
+        return functions
+
+
+def _slip_accelerations(numbers: Delassus) -> Quantities:
+    """Return the accelerations of a mechanism whose only contact, in the plane, slips.
+
+    Functions of states and parameters and of s sign(F_n), s the direction of slip: F_n = −B/A.
+    """
+    outline = numbers.dynamics.outline
+    names = outline.velocity_names
+
+    def derive() -> tuple[list[str], ca.Function]:
+        import casadi as ca
+
+        whole = numbers.whole_quantities
+        x = ca.SX.sym("x", len(whole.arguments) + 1)
+        of = dict(zip(whole.names, ca.vertsplit(whole.function(x[:-1])), strict=True))
+        friction = x[-1] * x[whole.arguments.index(outline.contacts[0].friction)]
+        force = -of["b_0"] / (of["W_0_0"] - friction * of["W_0_1"])
+        rates = [
+            of[f"free_{i}"] + (of[f"D_{i}_0"] - friction * of[f"D_{i}_1"]) * force
+            for i in range(len(names))
+        ]
+        return list(names), ca.Function("slip", [x], ca.cse([ca.densify(ca.vertcat(*rates))]))
+
+    arguments = (*outline.argument_names, SIDE_OF_SLIP)
+    return quantities("slip", numbers.dynamics.definition, arguments, derive)
+
+
+def _least_critical_friction(mechanism: Mechanism, over: list[str], slip: int) -> Any:
+    """Return μ_P over the only one of these, or of all, coordinates in it; 0 for no closed form."""
+    import sympy as sp
+
+    from painleve_sym.mechanics.paradox.critical_friction import critical_friction
+
+    c = mechanism.coefficients
+    inner = (c.W_nn.free_symbols | c.W_nt.free_symbols) & set(mechanism.system.q)
+    names = [s.name for s in inner if s.name in over] or [s.name for s in inner]
+    if len(names) != 1 or c.W_nt == 0:
+        return sp.Integer(0)
+    try:
+        value = critical_friction(c, slip).minimum(names[0]).value
+    except (InputError, TypeError):
+        return sp.Integer(0)  # no closed form, or values that cannot be compared
+    known = value.is_finite is not False and value.free_symbols <= set(argument_symbols(mechanism))
+    return value if known else sp.Integer(0)
+
+
+def _sticks_in_plane(
+    at: ContactNumbers, inside: NDArray[np.bool_], sides: tuple[int, ...]
+) -> NDArray[np.bool_]:
+    """Return whether the contact can stick: a normal force it may have holds the slip."""
+    W_nn, W_nt, W_tt, b_t = at.W[0, 0], at.W[0, 1], at.W[1, 1], at.b[1]
+    with np.errstate(all="ignore"):
+        force = -at.B_stick[0] / at.A_stick[0]
+        size = np.max([side * force for side in sides], axis=0)
+        reserve = at.mu[0] * W_tt * size - np.abs(W_nt * force + b_t)
+        allowed = (size > 0) | (len(sides) > 1)
+        regular = at.A_stick[0] > SINGULAR * W_nn
+        return np.asarray(inside & regular & allowed & (reserve >= 0))
+
+
+def _sticks_in_space(
+    at: ContactNumbers, inside: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], dict[str, float]]:
+    """Return whether the contact can stick, and the least thresholds of friction, where inside."""
+    sticks = np.zeros(inside.shape, np.bool_)
+    if not inside.any():
+        return sticks, {}
+    W, b, mu = at.W[:, :, inside], at.b[:, inside], at.mu[0][inside]
+    stretch, axes = np.linalg.eigh(np.moveaxis(W, -1, 0))
+    regular = stretch[:, 0] > SINGULAR * stretch[:, 2]
+    with np.errstate(all="ignore"):
+        along = (np.swapaxes(axes, 1, 2) @ -b.T[:, :, None])[:, :, 0] / stretch
+        force = (axes @ along[:, :, None])[:, :, 0]
+        held = np.hypot(force[:, 1], force[:, 2]) <= mu * force[:, 0]
+        sticks[inside] = regular & (force[:, 0] > 0) & held
+    least = {
+        "mu_P": float(friction_threshold(W).min()),
+        "least_over_normals": float(least_over_normals(W).min()),
+    }
+    return sticks, {name: v for name, v in least.items() if np.isfinite(v)}
