@@ -27,3 +27,11 @@ def pytest_collection_finish():
 def optimized(monkeypatch):
     """Compile as for users: for tests of compiled code on every mechanism, and for long motions."""
     monkeypatch.setenv("PAINLEVE_OPTIMIZE", "")
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """Folder of the cache, a test's own, which is not made yet."""
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("PAINLEVE_CACHE", str(folder))
+    return folder

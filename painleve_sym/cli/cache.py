@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from painleve_sym.cache import CacheContent, cache_content, clear_cache
 from painleve_sym.cli.output import print_json, show
-from painleve_sym.codegen.cache import CacheContent, cache_content, clear_cache
 from painleve_sym.quantities import counted
 
 

@@ -6,10 +6,11 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.cli.case import chosen_law, chosen_mechanism
 from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, meanings
-from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import entry_key
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import finite, plain_fields, to_plain

@@ -20,7 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from painleve_sym.codegen.cache import (
+from painleve_sym.cache import (
     PREFIX,
     ZIG_FOLDER,
     cache_folder,

@@ -6,7 +6,8 @@ import functools
 from collections.abc import Callable
 from pathlib import Path
 
-from painleve_sym.codegen.derivation_cache import MECHANISM, entry_key, read_entry, write_entry
+from painleve_sym.cache import read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import MECHANISM, entry_key
 from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.files import of_plain, to_plain
 from painleve_sym.mechanics.mechanism import Mechanism

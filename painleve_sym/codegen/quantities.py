@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.codegen.array_function import ArrayFunction, Selection
 from painleve_sym.codegen.compile import compiler_mark, library_named
-from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key
 from painleve_sym.errors import CompilerMissing, ModelError
 from painleve_sym.time_limit import within_time
 

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.cache import read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import entry_key
 from painleve_sym.errors import InputError, TranslationError, unknown_name
 
 if TYPE_CHECKING:

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
-from painleve_sym.codegen.derivation_cache import ENGINE, entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import ENGINE, entry_key
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows, Ends, Given, Kept
 from painleve_sym.engines.listening import listening
 from painleve_sym.engines.protocol import (

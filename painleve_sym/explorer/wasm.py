@@ -13,8 +13,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.codegen.compile import environment
-from painleve_sym.codegen.derivation_cache import read_entry, write_entry
 from painleve_sym.errors import CompileError, CompilerMissing
 from painleve_sym.explorer.prebuilt import STORED
 from painleve_sym.explorer.source import ModuleSource

@@ -9,6 +9,7 @@ from functools import lru_cache
 import sympy as sp
 from sympy.simplify.fu import TR10i
 
+from painleve_sym.mechanics.kept_forms import kept
 from painleve_sym.time_limit import within_time
 
 # Beyond this many operations a search takes seconds and rarely finds a shorter writing.
@@ -50,21 +51,19 @@ def readable(expr: sp.Expr) -> sp.Expr:
     if expr.is_Atom or not isinstance(expr, sp.Expr):
         return expr
     whole, powers = without_high_powers(expr)
+    if _is_monomial(whole) or sp.count_ops(whole) > _LONG:
+        return expr
     return _readable(whole).xreplace(powers)
 
 
 # The same forms are asked for again and again, by each phase of a jump for example.
 @lru_cache(maxsize=1024)
 def _readable(expr: sp.Expr) -> sp.Expr:
-    return within_time("closed form", lambda: _written(expr))
+    return within_time("closed form", lambda: kept("readable", expr, _written))
 
 
 def _written(expr: sp.Expr) -> sp.Expr:
-    if _is_monomial(expr):
-        return expr
     operations = sp.count_ops(expr)
-    if operations > _LONG:
-        return expr
     if operations > _OPERATIONS or _too_many_terms(expr, _TERMS):
         return _cheapest((expr, _factor_terms(expr)))
     whole = sp.cancel(sp.together(expr))

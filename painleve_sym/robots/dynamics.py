@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.derivation_cache import code_mark
+from painleve_sym.cache import code_mark
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
 from painleve_sym.mechanics.declarations import Coordinate, Parameter

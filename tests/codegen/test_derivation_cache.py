@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym import cache as caching
+from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.codegen import derivation_cache, quantities
 from painleve_sym.codegen.compile import compiler_mark
-from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import entry_key
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.contacts.delassus import Delassus
@@ -331,7 +333,7 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
 
 def test_entry_depends_on_the_folders_that_derive_it(monkeypatch):
     changed = dict.fromkeys(("mechanics", "contacts", "engines", "motion"), "")
-    monkeypatch.setattr(derivation_cache, "code_mark", lambda folder: changed.get(folder, folder))
+    monkeypatch.setattr(caching, "code_mark", lambda folder: changed.get(folder, folder))
     of = {
         "mechanism": derivation_cache.MECHANISM,
         "formulas": derivation_cache.FORMULAS,

@@ -69,6 +69,7 @@ class ContactMap:
 
         The thresholds are those on the grid, in space alone; `closed_thresholds` has the others.
         """
+        grid = dict(zip(grid, np.broadcast_arrays(*grid.values()), strict=True))
         at = self._numbers.at_each(grid)
         W, b, mu, B = at.W, at.b, at.mu[0], at.b[0]
         inside = (at.margins > 0).all(axis=0) & np.isfinite(W).all(axis=(0, 1))

@@ -12,11 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from painleve_sym import cache as caching
+from painleve_sym.cache import cache_folder, own_content, read_entry, write_entry
 from painleve_sym.cli import main
-from painleve_sym.codegen import cache as caching
-from painleve_sym.codegen.cache import cache_folder, own_content
 from painleve_sym.codegen.compile import compiled_library, library_named, load
-from painleve_sym.codegen.derivation_cache import read_entry, write_entry
 from painleve_sym.errors import PainleveWarning
 from tests.codegen.cache_helpers import SOURCE, mode
 

@@ -1,9 +1,17 @@
-"""The folder of compiled libraries and derivations: private to its user, or not used."""
+"""The folder of compiled libraries and derivations: private to its user, or not used.
+
+A derivation is an entry: a text file with the hash of its content, then the content as JSON.
+Nothing in it is ever executed. Its name is the hash of what the derivation starts from and of what
+derives it; an entry whose content does not have its hash is removed and made again.
+"""
 
 from __future__ import annotations
 
 import atexit
 import functools
+import hashlib
+import importlib.util
+import json
 import os
 import re
 import shutil
@@ -14,8 +22,10 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from painleve_sym.errors import PainleveError, PainleveWarning
+from painleve_sym.version import __version__
 
 _BY_OTHERS, _WRITTEN_BY_OTHERS = 0o077, 0o022
 PREFIX = "painleve-"
@@ -23,9 +33,12 @@ PREFIX = "painleve-"
 ZIG_FOLDER = f"{PREFIX}zig"
 """Where the compiler of the package ziglang keeps what it made of its own libraries."""
 _WORK = f"{PREFIX}work-"
+ENTRY, FORM = ".json", ".form"
+"""Ends of the names of entries, and of those that hold one expression."""
+_AT_ONCE = 1 << 20
 # Libraries, derivations, the folders in which both are made, and what a compiler keeps.
 _OWN_NAME = re.compile(
-    rf"{PREFIX}[0-9a-f]{{40}}(?:-[0-9a-f]{{40}}\.so|\.json)|{_WORK}[a-z0-9_]{{8}}|{ZIG_FOLDER}"
+    rf"{PREFIX}[0-9a-f]{{40}}(?:-[0-9a-f]{{40}}\.so|\.json|\.form)|{_WORK}[a-z0-9_]{{8}}|{ZIG_FOLDER}"
 )
 
 
@@ -151,12 +164,117 @@ def full(folder: Path) -> str | None:
     return None
 
 
+# ---- entries ----
+
+
+def entry_name(title: str, *texts: str, by: tuple[str, ...]) -> str:
+    """Return the name of an entry: of its title, of texts that it is derived from, and of the code.
+
+    An entry is made again where code changes in one of the folders `by` of the package, and with
+    another version of what derives.
+    """
+    return _hash("\n".join((_versions(), *map(code_mark, by), title, *texts)))[:40]
+
+
+@functools.lru_cache(maxsize=1)
+def _versions() -> str:
+    """Return the versions of the packages that derive."""
+    marks = (_package_mark("sympy", "release.py"), _package_mark("casadi", "_casadi.so"))
+    return "\n".join((__version__, *marks))
+
+
+@functools.lru_cache(maxsize=16)
+def code_mark(folder: str) -> str:
+    """Return a hash of the code in a folder of the package."""
+    code = hashlib.sha256()
+    for path in _code_files(folder):
+        # Read with `os.read`, without the overhead of file objects: this runs at every start.
+        file = os.open(path, os.O_RDONLY)
+        try:
+            while content := os.read(file, _AT_ONCE):
+                code.update(content)
+        finally:
+            os.close(file)
+    return code.hexdigest()
+
+
+def _package_mark(name: str, file: str) -> str:
+    """Return a mark of a package's version, without importing it."""
+    try:
+        spec = importlib.util.find_spec(name)
+    except ValueError:  # a stand-in without a specification
+        spec = None
+    home = os.path.dirname(spec.origin) if spec and spec.origin else ""
+    for path in (os.path.join(home, file), os.path.join(home, "__init__.py")):
+        try:
+            info = os.stat(path)
+        except OSError:
+            continue
+        return f"{path} {info.st_size} {info.st_mtime_ns}"
+    return name
+
+
+def _code_files(folder: str) -> list[str]:
+    folders, files = [os.path.join(os.path.dirname(__file__), folder)], []
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                if entry.name.endswith((".py", ".c")):
+                    files.append(entry.path)
+                elif entry.is_dir() and entry.name != "__pycache__":
+                    folders.append(entry.path)
+    return sorted(files)
+
+
+def read_entry(key: str, suffix: str = ENTRY) -> dict[str, Any] | None:
+    """Return the content of an entry; None where there is none, or a damaged one was removed."""
+    path = _path(key, suffix)
+    stored = own_content(path)
+    if stored is None:
+        return None
+    try:
+        text = stored.decode("utf-8")
+    except UnicodeDecodeError:
+        text = ""
+    mark, _, content = text.partition("\n")
+    if mark != _hash(content):
+        path.unlink(missing_ok=True)
+        return None
+    entry: dict[str, Any] = json.loads(content)
+    return entry
+
+
+def write_entry(key: str, entry: dict[str, Any], suffix: str = ENTRY) -> None:
+    """Store an entry in one step: a process that reads at the same time sees all or nothing.
+
+    A cache that cannot be written (a full disk) only costs time, and is not a failure.
+    """
+    content = json.dumps(entry)
+    path = _path(key, suffix)
+    try:
+        with work_folder(path.parent) as work:
+            written = Path(work, path.name)
+            written.write_text(f"{_hash(content)}\n{content}", "utf-8")
+            written.chmod(0o600)
+            os.replace(written, path)
+    except OSError:
+        return
+
+
+def _path(key: str, suffix: str) -> Path:
+    return cache_folder() / f"{PREFIX}{key}{suffix}"
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
 # ---- what it holds ----
 
 
 @dataclass(frozen=True)
 class CacheContent:
-    """Numbers of compiled libraries and of `derivation_cache` entries; bytes of all files."""
+    """Numbers of compiled libraries and of entries; bytes of all files, forms among them."""
 
     folder: Path
     libraries: int
@@ -170,7 +288,7 @@ def cache_content() -> CacheContent:
     try:
         entries = list(_entries(folder))
         libraries = sum(path.suffix == ".so" for path in entries)
-        kept = sum(path.suffix not in ("", ".so") for path in entries)
+        kept = sum(path.suffix == ENTRY for path in entries)
         return CacheContent(folder, libraries, kept, sum(map(_size, entries)))
     except FileNotFoundError:
         return CacheContent(folder, 0, 0, 0)
