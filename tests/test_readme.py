@@ -181,7 +181,13 @@ def test_changelog_begins_with_the_present_version():
     assert releases == sorted(releases, reverse=True)
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(p, id=p.stem, marks=pytest.mark.slow if "softened" in p.stem else ())
+        for p in EXAMPLES
+    ],
+)
 def test_example_runs(path):
     answer = run([str(path)])
     assert answer.returncode == 0, answer.stderr

@@ -62,6 +62,7 @@ def pressed(sledge_file, tmp_path_factory):
     return export_scenario(scenario, tmp_path_factory.mktemp("softened") / "c", "spring")
 
 
+@pytest.mark.slow
 def test_export_built_by_cmake_gives_the_packages_numbers(pressed):
     needs_cmake()
     text = built_by_cmake(pressed)
@@ -300,6 +301,7 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
 # ---- several contacts ----
 
 
+@pytest.mark.slow
 def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
     simulator = Simulator(model("block-two-feet"), law("linear", friction="spring"))
     code = MotionCode("feet", simulator, "taylor", find_compiler())

@@ -38,7 +38,12 @@ class Solutions(ctypes.Structure):
     )
 
 
-@pytest.fixture(scope="module", params=list(SCENARIOS))
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(name, marks=pytest.mark.slow if name != "rod" else ()) for name in SCENARIOS
+    ],
+)
 def exported(request, tmp_path_factory):
     scenario = SCENARIOS[request.param]
     return scenario, export_scenario(scenario, tmp_path_factory.mktemp(request.param) / "c", "mine")
@@ -100,6 +105,11 @@ def test_contact_problem_coefficients_and_case_are_the_packages(exported):
             seen.add(case)
             listed = Solutions()
             assert CASES[c.mine_solve(address(p), address(x), i, ctypes.byref(listed))] is case
+            # Its coefficients tell the case in slip, whatever slip velocity the state has.
+            for s in (-1, 1):
+                slides = ContactProblem(one.W, one.b, one.mu, np.array([float(s)]), bilateral)
+                given = CASES[c.mine_case_in_slip(ctypes.byref(numbers), i, s)]
+                assert given is slides.case_of(slides.solutions()), (state, parameters, i, s)
             if all(s.isolated for s in every):
                 forces = [(s.normal_force, s.tangential_force) for s in every]
                 pairs = zip(listed.normal_force, listed.tangential_force, strict=True)

@@ -154,6 +154,7 @@ int main(void) {
 """
 
 
+@pytest.mark.slow
 def test_installed_export_is_a_package_of_cmake(tmp_path):
     needs_cmake()
     done = export.export_scenario(Scenario("rod", law="rigid", t_end=1e-4), tmp_path / "c", "start")

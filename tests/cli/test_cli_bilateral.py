@@ -53,6 +53,7 @@ def test_simulate_tells_events_and_keeps_the_energy(capsys):
     assert code == 0 and "law rigid (policy liftoff)\n" in out
 
 
+@pytest.mark.slow
 def test_map_names_the_number_of_solutions(capsys, tmp_path):
     picture = tmp_path / "bead.png"
     given = ("--over", "phi,phi_dot", "--set", "mu=1.5", "--points", "60", "--out", picture)

@@ -49,6 +49,7 @@ def test_figure_is_written_whole(capsys, tmp_path):
 JAMMED = ("contrast", "strut", "--state", "theta=0.9272952180016122", "--set", "mu=2", *QUICK)
 
 
+@pytest.mark.slow
 def test_rigid_motion_that_jams_is_a_row(capsys):
     code, out, err = run(capsys, *JAMMED)
     assert (code, err) == (0, "")
@@ -129,6 +130,7 @@ def test_state_must_be_outside_the_ground(capsys):
     assert code == 2 and "inside the ground" in err
 
 
+@pytest.mark.slow
 def test_no_restitution_compares_with_the_plastic_jump(capsys):
     """Compliant contacts give nothing back: their motions end with the compression."""
     data = run_json(capsys, "contrast", "rod", "--restitution", "0")

@@ -51,6 +51,7 @@ def test_critical_text_tells_the_closed_form_with_an_approach(capsys):
     assert code == 0 and "approach included: 123.9" in out and "expansion" not in out
 
 
+@pytest.mark.slow
 def test_critical_map_over_the_stiffness(capsys, tmp_path):
     names = ("a.png", "a.svg", "a.pdf", "a.npz", "a.json")
     outs = [word for name in names for word in ("--out", str(tmp_path / name))]

@@ -74,6 +74,7 @@ def test_sweep_takes_the_time_as_an_axis(capsys, tmp_path):
     assert code == 0 and json.loads(out)["stop_reasons"] == {"t_end": 2}
 
 
+@pytest.mark.slow
 def test_fit_estimates_an_amplitude_from_a_history(capsys, tmp_path):
     run_of = run_json(
         capsys, "simulate", TABLE, "--law", "hunt-crossley", "--state", "x_dot=0.9,y=0.05",

@@ -14,6 +14,7 @@ COMMAND = ("rod", "--law", "bilinear-hertz", "--estimate", "e_energetic,mu,E")
 START = ("--law-set", "E=5e10,e_energetic=0.5", "--set", "mu=1.35")
 
 
+@pytest.mark.slow
 def test_fit_prints_estimates_and_draws(capsys, tmp_path):
     out_file = tmp_path / "force.png"
     code, out, err = run(

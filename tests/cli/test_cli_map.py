@@ -52,6 +52,7 @@ def test_map_over_a_parameter_with_the_other_slip(capsys):
     assert data["state"]["theta_dot"] == 3.4
 
 
+@pytest.mark.slow
 def test_map_writes_every_kind_of_file(capsys, tmp_path):
     names = ("a.png", "a.svg", "a.pdf", "a.npz", "a.json")
     outs = [word for name in names for word in ("--out", str(tmp_path / name))]

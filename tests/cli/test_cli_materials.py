@@ -35,6 +35,7 @@ def test_options_set_what_the_material_provides_and_given_numbers_win(capsys):
     assert by_name == by_number
 
 
+@pytest.mark.slow
 def test_material_of_a_scenario_and_of_a_map(capsys, tmp_path):
     file = tmp_path / "case.toml"
     file.write_text('model = "rod-bending:0,1"\nmaterial = "wood"\nparameters = { Y = 1e10 }\n')

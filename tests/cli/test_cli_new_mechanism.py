@@ -112,6 +112,7 @@ def _by_hand():
     return rows @ inverse @ rows.T, rows @ inverse @ force, rows, mass
 
 
+@pytest.mark.slow
 def test_classify_agrees_with_newton_and_euler(capsys, file):
     data = run_json(capsys, "classify", file, "--state", STATE)
     W, b, _, _ = _by_hand()

@@ -131,6 +131,7 @@ def test_full_disk_names_the_file_of_a_report(capsys, monkeypatch, tmp_path):
     assert err.endswith(f"painleve: error: {image}: No space left on device.\n")
 
 
+@pytest.mark.slow
 def test_figures_of_a_report_have_the_look_asked_for(capsys, tmp_path):
     look = ("--width", "10", "--title", "none", "--format", "pdf")
     code, _, err = run(capsys, "reproduce", "--only", "fig-3", "--out", tmp_path / "own")

@@ -85,6 +85,7 @@ def test_simulate_small_block_on_two_feet_is_the_large_one(capsys):
     assert times == pytest.approx([e["time"] for e in huge["events"]], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_simulate_bounces_of_a_large_disc_die_out(capsys):
     """Of 100 m radius and 1e9 kg."""
     state, parameters = ("eccentric-disc", "y=200"), "d=0,r=100,m=1e9"

@@ -45,6 +45,7 @@ def test_without_friction_there_is_no_share(capsys):
     assert run_json(capsys, *FOOT, "--mu", "0.5")["impact"] is None
 
 
+@pytest.mark.slow
 def test_options_reach_the_contact(capsys):
     plain = run_json(capsys, *FOOT)["mu_P"]
     changes = [

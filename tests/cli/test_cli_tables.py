@@ -115,6 +115,7 @@ def test_ranges_of_a_sweep_are_those_of_all_its_points(capsys, tmp_path, monkeyp
             assert unit == {"max_normal_force": "N", "integral_normal_force": "N s"}.get(name, unit)
 
 
+@pytest.mark.slow
 def test_estimates_and_intervals_of_a_fit(capsys):
     command = ("fit", "examples/studies/fit/impacts.csv", "rod", *LAW, "--level", "0.9",
                "--estimate", "e_energetic,mu,E")  # fmt: skip

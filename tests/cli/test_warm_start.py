@@ -71,6 +71,7 @@ def cold(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_second_time_a_command_imports_nothing_heavy_and_prints_the_same(name, cold):
     command = (json.dumps(HEAVY), *COMMANDS[name])

@@ -102,6 +102,7 @@ def table(places=(-1, 0, 1), held=()):
     return standing_body(feet, contacts=held, J=0.5, a=0.5, h=0.4)
 
 
+@pytest.mark.slow
 def test_three_feet_that_slide_carry_the_weight_in_many_ways():
     classification = ps.classify(table(), {"x_dot": 1.0})
     assert classification.case is ContactCase.HYPERSTATIC
@@ -111,6 +112,7 @@ def test_three_feet_that_slide_carry_the_weight_in_many_ways():
         assert 0.5 * (s.normal_forces[2] - s.normal_forces[0]) == pytest.approx(0.3 * 0.4 * 19.6)
 
 
+@pytest.mark.slow
 def test_foot_in_a_guide_pulls_where_a_free_one_lifts_off():
     free, held = (ps.classify(table((1, 2), guides), {"x_dot": 1.0}) for guides in ((), (2,)))
     (tips,), (pulls,) = free.solutions, held.solutions

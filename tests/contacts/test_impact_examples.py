@@ -62,6 +62,7 @@ def double_pendulum() -> Mechanism:
 KANE = {"a": math.radians(20), "b": math.radians(30), "a_dot": -1.0, "b_dot": -2.0}
 
 
+@pytest.mark.slow
 def test_double_pendulum_gains_energy_by_newtons_law_only():
     pendulum, e, gain = double_pendulum(), 0.5, {}
     before = _kinetic(pendulum, KANE)

@@ -36,7 +36,13 @@ def _both(names, start, t_end, own):
     return run, events, block.foot_A(end)
 
 
-@pytest.mark.parametrize("names", [("hertz",), ("linear",), ("bilinear",), ("linear", "bilinear")])
+@pytest.mark.parametrize(
+    "names",
+    [
+        *(("hertz",), ("linear",)),
+        *(pytest.param(n, marks=pytest.mark.slow) for n in (("bilinear",), ("linear", "bilinear"))),
+    ],
+)
 @pytest.mark.parametrize("start", STARTS)
 def test_two_feet_follow_the_independent_integration(names, start):
     state, t_end, own = STARTS[start]
@@ -62,6 +68,7 @@ STICK_SLIP = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", STICK_SLIP)
 @pytest.mark.parametrize("frictions", FRICTIONS)
 def test_feet_with_static_friction_follow_the_independent_integration(frictions, start):

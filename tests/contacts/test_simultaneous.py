@@ -116,6 +116,7 @@ def test_impact_on_firm_ground_never_gains_energy(impact, e, law):
     assert energy(W, solution.velocities) <= energy(W, v) * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_no_gain_in_a_sweep_of_ladders_and_blocks():
     """Within one phase with friction at its end, 36 of these gained by the energetic law."""
     rng = np.random.default_rng(1)

@@ -233,6 +233,7 @@ def normal_first(normal):
     return (full * np.sign(full[:, 0] @ normal)).T
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_no_normal_has_a_smaller_critical_friction(seed):
     rng = np.random.default_rng(seed)

@@ -99,6 +99,7 @@ def test_sliding_discs_are_the_planar_contacts_of_their_slip():
     assert len(counts) > 1
 
 
+@pytest.mark.slow
 def test_one_disc_at_rest_among_others_has_all_its_solutions():
     """Against the search from many starts, and against contacts that do not feel each other."""
     rng, counts = np.random.default_rng(9), set()

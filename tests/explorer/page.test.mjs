@@ -14,7 +14,7 @@ const own = (name) => import(pathToFileURL(path.join(web, name)).href);
 const { defaults, fault, fromText, toText } = await own("settings.js");
 const { Clock } = await own("clock.js");
 const { Frame, pretty, settled, short, span, symbols, ticks, whole, zeros } = await own("draw.js");
-const { caseOf, rangeAround } = await own("map.js");
+const { rangeAround } = await own("map.js");
 const { load, unpacked } = await own("engine.js");
 const { linesOf, notes } = await own("problem.js");
 const { sliderScale } = await own("controls.js");
@@ -166,27 +166,6 @@ test("an axis leaves room around its point, but not beyond a bound", () => {
   assert.deepEqual(rangeAround(friction, 0), [0, 2]);
   assert.deepEqual(rangeAround(friction, 2), [0, 2.2]);
   assert.deepEqual(rangeAround({ range: [0.05, 1], lower: 0, upper: 1 }, 1), [0.05, 1]);
-});
-
-test("cases follow the signs of A and B; a guide counts a solution for each sign of the force", () => {
-  const table = [
-    [1, -1, "slip"], [-1, -1, "inconsistent"], [0, -1, "inconsistent"], [1, 1, "liftoff"],
-    [0, 1, "liftoff"], [-1, 1, "indeterminate"], [1, 0, "liftoff"], [0, 0, "indeterminate"],
-  ];
-  for (const [A, B, word] of table) assert.equal(caseOf(A, B, null), word, `${A} ${B}`);
-  // F_n = -B/A in push is positive where A and B differ in sign; in pull where they agree.
-  for (const A of [-1, 0, 1]) {
-    for (const pull of [-1, 0, 1]) {
-      // Without a load the force is zero, or any where the coefficient is zero as well.
-      assert.equal(caseOf(A, 0, pull), A && pull ? "slip" : "indeterminate", `${A} ${pull}`);
-      for (const B of [-1, 1]) {
-        const count = (A * B < 0) + (pull * B > 0);
-        const word = ["inconsistent", "slip", "indeterminate"][count];
-        assert.equal(caseOf(A, B, pull), word, `${A} ${B} ${pull}`);
-      }
-    }
-  }
-  assert.equal(caseOf(NaN, 1, null), "outside");
 });
 
 test("a start that is not at rest on its contact is said so", () => {
@@ -370,9 +349,7 @@ for (const wanted of file ? JSON.parse(fs.readFileSync(file, "utf8")) : []) {
       const { over, ranges, points, slip } = map;
       const grid = engine.map(values, over[0], ranges[0], points, over[1], ranges[1], points,
         wanted.contact, slip);
-      const bilateral = engine.description.contacts[wanted.contact].bilateral;
-      const cases = Array.from(grid.push, (A, k) => caseOf(A, grid.B[k], bilateral ? grid.pull[k] : null));
-      const others = map.cases.flat().map((own, k) => [k, own, cases[k], grid.push[k], grid.B[k], grid.pull[k]]);
+      const others = map.cases.flat().map((own, k) => [k, own, grid.cases[k], grid.push[k], grid.B[k], grid.pull[k]]);
       assert.deepEqual(others.filter(([, own, here]) => own !== here), []);
     }
     // Running a map of outcomes leaves the shown motion as it was.

@@ -149,6 +149,7 @@ def test_page_opens_from_disk_without_a_request_and_has_the_numbers_of_the_comma
         assert coefficient(page, shown) == pytest.approx(only_contact(at)[0][name], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_every_solution_of_the_contact_problem_is_marked(opened, capsys):
     for theta, theta_dot, count in ((0.5, 1, 1), (1, 1, 0), (1, 5, 2)):
         page = opened(hash_=f"theta={theta}&theta_dot={theta_dot}")
@@ -161,6 +162,7 @@ def test_every_solution_of_the_contact_problem_is_marked(opened, capsys):
         assert sorted(values) == pytest.approx(sorted(forces), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_outcome_map_runs_ten_thousand_motions(opened):
     page = opened(hash_="map-of=outcomes")
     page.wait_for_selector("[data-seconds]")
@@ -190,6 +192,7 @@ def test_outcome_map_runs_ten_thousand_motions(opened):
 # ---- controls ----
 
 
+@pytest.mark.slow
 def test_slider_field_and_keys_change_the_numbers_and_the_address(opened):
     page = opened()
     before = coefficient(page, "A")
@@ -252,6 +255,7 @@ def test_numbers_fit_their_fields(opened):
     assert "θ = 0.9" in page.locator("g.point").get_attribute("aria-valuetext")
 
 
+@pytest.mark.slow
 def test_the_law_and_its_choices_stand_on_the_page(opened):
     page = opened()
     law = page.locator("p.law")
@@ -338,6 +342,7 @@ def test_every_control_can_be_touched(opened):
     assert len(sizes) > 30 and small == []
 
 
+@pytest.mark.slow
 def test_point_on_the_map_follows_the_mouse_and_the_arrow_keys(opened):
     page = opened()
     page.locator("svg.map").scroll_into_view_if_needed()
@@ -365,6 +370,7 @@ def test_point_on_the_map_follows_the_mouse_and_the_arrow_keys(opened):
     assert "slip" in page.locator("g.point").get_attribute("aria-valuetext")
 
 
+@pytest.mark.slow
 def test_a_link_shares_everything(opened):
     page = opened(hash_="theta=1.05&theta_dot=4.5&E=2.09e15&initial-force=200&map-over=theta,mu")
     set_slider(page.locator("input[aria-label='time of the animation']"), 0.25)
@@ -381,6 +387,7 @@ def test_a_link_shares_everything(opened):
     assert "mu=-2" in page.get_by_role("alert").first.inner_text()
 
 
+@pytest.mark.slow
 def test_presets_are_the_tables_of_the_paper(opened):
     page = opened()
     select = page.get_by_label("from the paper")
@@ -403,6 +410,7 @@ def test_presets_are_the_tables_of_the_paper(opened):
     assert select.input_value() == ""
 
 
+@pytest.mark.slow
 def test_a_motion_without_force_and_a_start_at_the_edge_have_readable_pictures(opened):
     page = opened()
     page.get_by_label("from the paper").select_option(label="Table 4: two solutions")
@@ -426,6 +434,7 @@ def test_a_motion_without_force_and_a_start_at_the_edge_have_readable_pictures(o
     assert "the rod lies flat (" in flat.locator(".legend").nth(1).inner_text()
 
 
+@pytest.mark.slow
 def test_animation_plays_pauses_and_magnifies_impacts(opened):
     page = opened(hash_=TABLE_3)
     page.get_by_role("button", name="Play").click()
@@ -662,6 +671,7 @@ def test_page_looks_as_it_did_when_it_was_last_looked_at(opened, state, tmp_path
     assert mean < MEAN and worst < WORST, f"{mean:.1f}, {worst:.1f}: see {tmp_path / file.name}"
 
 
+@pytest.mark.slow
 def test_the_comparison_of_screenshots_notices_another_state(opened):
     pictures = [
         Image.open(SCREENS / f"{name}.png") for name in ("no-solution", "two-feet", "guide")

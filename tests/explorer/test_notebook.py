@@ -43,6 +43,7 @@ def test_widget_of_a_motion_begins_with_its_numbers():
     assert widget.values["mu"] == 1.2
 
 
+@pytest.mark.slow
 @needs_anywidget
 @needs_chromium
 def test_widget_draws_within_a_cell_and_reports_what_is_changed(tmp_path):

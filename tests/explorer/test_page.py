@@ -213,6 +213,7 @@ def test_a_start_that_is_compressed_by_rounding_is_closed(tmp_path):
     assert exact_start(rod) == ({**dict.fromkeys(rod.state_names, 0.0), **rod.start}, [])
 
 
+@pytest.mark.slow
 def test_the_first_map_prefers_a_contact_whose_start_is_not_on_a_border(monkeypatch):
     feet = ps.model("block-two-feet")
     assert first_map(feet, [-1, -1]).contact == 0
@@ -225,7 +226,10 @@ def test_the_first_map_prefers_a_contact_whose_start_is_not_on_a_border(monkeypa
 
 
 @pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
-@pytest.mark.parametrize("name", list(MODELS))
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow if n == "rod-bending" else ()) for n in MODELS],
+)
 def test_first_map_of_every_named_mechanism_has_two_regions(name):
     mechanism = ps.model(name)
     shown = first_map(mechanism, [-1] * len(mechanism.outline.contacts))

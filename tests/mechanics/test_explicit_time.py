@@ -84,6 +84,7 @@ def test_relative_coordinates_are_the_absolute_ones_in_a_moving_frame():
     assert sp.simplify(moving.dissipated_power - power) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pivot", "turning frame", "spring and load", "mass"])
 def test_dissipated_power_and_drive_speeds_are_the_change_of_the_energy(name):
     """−d(T + V)/dt along q̈ = M⁻¹(h + Jᵀ F), less v_n and v_t, differentiated as it stands."""

@@ -82,6 +82,7 @@ def brick_by_hand(s, p):
     return contact_of_body(p["m"], J, R, omega, R @ np.array([p["a"], -p["b"], -p["c"]]), p["g"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "by_hand"), [("rod-3d", rod_by_hand), ("top", top_by_hand), ("brick", brick_by_hand)]
 )
@@ -204,6 +205,7 @@ def test_in_the_plane_it_is_the_planar_rod(theta_dot, slip):
             assert one.force[1] == pytest.approx(other.tangential_force, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_derived_rod_has_the_planar_rod_as_its_limit():
     def formulas(name):
         sections = ps.closed_forms(ps.model(name))
@@ -353,6 +355,7 @@ def test_a_full_tensor_is_that_of_its_principal_axes():
     assert np.array_equal(at.W, other.W)
 
 
+@pytest.mark.slow
 def test_a_ball_is_a_plane_to_first_order():
     """On top of a ball W is that of the plane, b that of the plane and v²/R."""
     state = ROD | {"x_dot": 0.0}
@@ -370,6 +373,7 @@ def test_a_ball_is_a_plane_to_first_order():
     assert np.allclose(round_.slip_velocity, flat.slip_velocity, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_an_end_closes_on_a_ball_that_is_given_by_its_square():
     """Second derivatives of its gap are long: they are not multiplied out."""
     contact = 'point = { body = "rod", at = ["-l", 0, 0] }\nalong = [0, 0, 1]\n'

@@ -49,6 +49,7 @@ def test_wavenumbers_are_the_roots_of_the_classical_equations(ends):
     assert first_bending_wavenumber(ends) == bending_modes(ends, 1)[0].wavenumber
 
 
+@pytest.mark.slow
 def test_free_ends_deflect_by_twice_the_root_mean_square_in_bending_and_root_two_along():
     for i, mode in enumerate(bending_modes(("free", "free"), MAX_MODES)):
         assert mode.ends == (2, 2 * (-1) ** i)
@@ -57,6 +58,7 @@ def test_free_ends_deflect_by_twice_the_root_mean_square_in_bending_and_root_two
         assert mode.ends == (sp.sqrt(2), sp.sqrt(2) * (-1) ** j)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modes", [axial_modes, bending_modes])
 def test_modes_of_a_clamped_bar_carry_its_whole_momentum(modes):
     """Completeness: Σ (∫φ)² → ∫1² = 1, Σ (∫(s − ½) φ)² → 1/12 as the modes become many."""
@@ -113,6 +115,7 @@ def _bar_shapes(s):
     return across, [np.sqrt(2) * np.sin(np.pi / 2 * s)]
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.integers(0, 10**6))
 def test_kinetic_energy_and_momentum_of_a_clamped_bar_are_those_of_its_particles(seed):
@@ -236,6 +239,7 @@ def test_modes_with_a_fault_are_refused_with_line_and_fix(old, new, fault):
     assert any(fault in f for f in caught.value.faults), caught.value.faults
 
 
+@pytest.mark.slow
 def test_modes_ascend_within_their_kind_alone():
     """The seventeenth bending mode of the paper's rod is faster than its first axial one."""
     assert len(mechanism_from_text(FREE_ROD.replace("= 65", "= 9000", 1)).system.q) == 5
@@ -269,6 +273,7 @@ def test_formulas_of_modes_with_a_fault_at_the_defaults_are_rejected(old, new, f
     assert any(fault in f for f in caught.value.faults), caught.value.faults
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "fault"),
     [
@@ -325,6 +330,7 @@ def test_stiff_modes_tend_to_the_rigid_rod_and_the_difference_falls_as_their_sti
     assert errors[1] / errors[2] == pytest.approx(10, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zeta", [0.0, 0.05])
 def test_energy_closes_with_what_stays_in_vibration(zeta):
     run = Simulator(model("rod-bending:2,1"), HERTZ).run(

@@ -189,6 +189,7 @@ def in_quaternions(name, state, p):
     return own, given | {f"r_{k}": float(v) for k, v in enumerate(r, 1)}
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     name=st.sampled_from(sorted(TURNS)),
@@ -315,6 +316,7 @@ def test_where_angles_lock_a_quaternion_answers():
 # ---- files and formulas ----
 
 
+@pytest.mark.slow
 def test_formulas_of_the_brick_are_those_of_a_textbook():
     """M of constants, Euler's equations, and W = 1/m + the arms' part."""
     mechanism = load_mechanism(BRICK)

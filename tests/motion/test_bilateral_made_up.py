@@ -91,6 +91,7 @@ def test_without_any_load_nothing_happens(carriage, speed):
     assert len(run.events) == 1 and run.final["x"] == pytest.approx(speed, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_bead_on_a_hoop_agrees_with_its_angle_by_hand():
     """The gap is not a coordinate; from the top, N = m g cos a − m R a'^2 outwards."""
     run = Simulator(mechanism_from_text(HOOP), RigidLaw()).run({"y": 1.0, "x_dot": 0.7}, t_end=3.0)

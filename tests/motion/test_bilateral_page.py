@@ -55,6 +55,7 @@ def test_a_yielding_guide_stops_the_slip_in_the_time_of_the_page():
     assert np.all(np.diff(times * np.sqrt(stiffnesses)) > 2)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")  # of SciPy's Radau
 @pytest.mark.parametrize("damping_ratio", [0.2, 3.0])
 def test_a_yielding_guide_of_any_damping_leads_to_the_tangential_impact(damping_ratio):

@@ -42,6 +42,7 @@ def block_falls(law: str, **more: object) -> ps.Trajectory:
     return simulator.run(FALL, parameters=BLOCK, t_end=1e-6, **more)
 
 
+@pytest.mark.slow
 def test_impact_of_two_feet_by_newtons_law_says_what_it_adds():
     run = block_falls("newton")
     (gain,) = run.energy_gains
@@ -59,6 +60,7 @@ def test_impact_of_two_feet_by_newtons_law_says_what_it_adds():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["energetic", "poisson"])
 def test_same_impact_by_the_laws_of_a_path_loses_energy(law):
     run = block_falls(law)

@@ -239,6 +239,7 @@ def test_plastic_contact_leaves_with_no_speed(solver):
     assert (opens.head["phases"], opens.head["normal_velocity"]) == (0, 0.1)
 
 
+@pytest.mark.slow
 def test_a_motion_that_slip_presses_in_again_is_followed_on():
     """A < 0 turns the opening contact back: the reload rule of the law decides the force."""
     case = {"W_nn": 0.3116, "W_nt": -0.506, "W_tt": 1.8576, "b_n": -10.52, "b_t": -6.11, "mu": 1.16}

@@ -21,6 +21,7 @@ def _guided_block():
     return replace(block, contacts=(replace(held, bilateral=True), free))
 
 
+@pytest.mark.slow
 def test_guide_beside_a_compliant_foot_keeps_its_gap_and_the_energy():
     laws = {"A": one_law("rigid"), "B": one_law("linear")}
     run = Simulator(_guided_block(), laws).run(START, parameters=SOFT, t_end=0.3)
@@ -86,6 +87,7 @@ def test_guide_beside_a_damped_foot_keeps_the_energy_in_all_units(state, own):
     assert same.final["theta"] == pytest.approx(run.final["theta"], rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_impacts_beside_a_guide_without_friction_are_those_of_a_pendulum():
     """The foot on a pivot-like guide without friction: the motion keeps y_A = 0 and the energy."""
     for e in (0.0, 0.6, 1.0):

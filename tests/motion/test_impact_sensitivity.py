@@ -43,6 +43,7 @@ def impacts(motion):
     return [e for e in motion.events if e.event.kind == "impact"]
 
 
+@pytest.mark.slow
 def test_ladder_that_slides_against_a_wall():
     """Both ends take part, and the bounces at the wall die out."""
     e = "e_energetic"
@@ -66,6 +67,7 @@ def test_block_that_rocks_from_foot_to_foot_slipping(restitution):
     assert impacts(motion)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", LAWS)
 def test_block_that_rocks_and_sticks(restitution):
     """A foot at rest takes part in the impact of the other one; what slip it had is forgotten."""

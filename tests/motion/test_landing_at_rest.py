@@ -52,6 +52,7 @@ def test_engines_agree_on_landings_at_rest(name, law_name):
     assert other.sum() <= (0.1 * ROWS if name == "cart-pendulum" else 2)
 
 
+@pytest.mark.slow
 def test_cone_within_its_round_off_does_not_stop_the_time():
     # Deep in the ground; the damper all but cancels a force a million times larger.
     draw, arm = np.random.default_rng(100), model("two-link-arm")

@@ -73,6 +73,7 @@ def test_compliant_contact_of_a_rod(name, theta, slip, depth, mu):
     agree("rod", name, state, {"mu": mu}, 2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", ["liftoff", "slip"])
 @settings(max_examples=25)
 @given(

@@ -12,6 +12,7 @@ from tests.scenes import simulator as scene
 ENGINES = ("taylor", "compiled")
 
 
+@pytest.mark.slow
 def test_a_foot_that_comes_back_with_no_force_slips_on_both_engines():
     """Foot B meets its indented surface again with F_n = 0 while A is in the air.
 
@@ -101,6 +102,7 @@ def _bounces(fall, stiffness, gravity=9.8, mass=1.0):
     return land, land + contact
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_level_feet_that_nothing_pulls_stick_through_every_bounce(engine):
     """Rounding alone loads their friction, also where their normal forces vanish together."""
@@ -117,6 +119,7 @@ def test_level_feet_that_nothing_pulls_stick_through_every_bounce(engine):
     assert run.energy_residual < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("law", ["hertz", "linear", "bilinear-hertz"])
 @pytest.mark.parametrize("beta", [0.0, 0.2])
@@ -156,6 +159,7 @@ def test_gap_that_the_time_of_landing_leaves_is_none(engine):
     assert run.energy_residual < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_sprung_feet_that_land_together_pass_an_event_nearer_than_the_time_resolves(engine):
     own = {"E": 18701767256.49657, "e_energetic": 0.24499203746959647, "h": 0.1, "beta": 0.0}
@@ -168,6 +172,7 @@ def test_sprung_feet_that_land_together_pass_an_event_nearer_than_the_time_resol
     assert run.energy_residual < 1e-8
 
 
+@pytest.mark.slow
 def test_a_foot_whose_weight_pushes_it_along_slips_from_its_landing():
     """The ladder needs more friction per normal force than its floor has, from the start."""
     start = {"x": 1.0271218761271212, "y": 0.0006081081719470687, "theta": np.pi / 3}
@@ -208,6 +213,7 @@ def test_a_foot_that_lands_alone_slips_or_sticks_as_its_friction_says(engine):
     assert modes == ["stick/compression + flight", "flight + slip_pos/compression"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "engines"),
     [
@@ -318,6 +324,7 @@ def test_energy_of_a_block_that_stays_at_rest_closes():
     assert run.energy_residual == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_foot_without_friction_holds_nothing_beside_one_that_sticks(engine):
     """The feet of a tilted block slip differently; near its rest both seem to stick."""
@@ -338,6 +345,7 @@ def test_a_foot_without_friction_holds_nothing_beside_one_that_sticks(engine):
     assert run.energy_residual < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_ladder_that_falls_along_its_wall_bounces_upright(engine):
     """The wall is touched all the time; rounding of the impacts does not decide whether it is."""
@@ -354,6 +362,7 @@ def test_a_ladder_that_falls_along_its_wall_bounces_upright(engine):
     assert run.final["y"] == pytest.approx(v * since - g * since**2 / 2, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_rigid_foot_does_not_jam_where_a_soft_one_separates():
     """Level, on the middle foot: the left foot separates with 1e-17 N as the right one touches."""
     run = scene(TABLE, "left=hertz,middle=rigid,right=linear").run(

@@ -306,6 +306,7 @@ friction = "mu"
 """
 
 
+@pytest.mark.slow
 def test_energy_of_a_driven_pivot_above_a_rocking_floor_closes():
     mechanism = mechanism_from_text(HEAD + PENDULUM, name="driven")
     sim = Simulator(mechanism, RigidLaw())
@@ -332,6 +333,7 @@ def two_feet():
     return Simulator(mechanism_from_text(HEAD + FEET, name="feet"), RigidLaw())
 
 
+@pytest.mark.slow
 def test_energy_of_two_feet_on_a_shaken_table_closes_through_impacts_and_slip():
     thrown = two_feet().run({"y": 0.3, "theta": 0.05, "x_dot": 0.5}, t_end=0.6)
     slow = {"omega": 15.0}
@@ -395,6 +397,7 @@ def test_rows_of_a_batch_are_the_single_runs_to_the_last_bit():
             assert all(batch[name][i, k] == value for name, value in run.final.items())
 
 
+@pytest.mark.slow
 def test_derivatives_by_amplitude_frequency_and_start_time_are_differences():
     sim, names = on_table(), ("a", "omega", "t")
     state, parameters = {"y": 0.05, "x_dot": 0.3, "t": 0.01}, {"a": 0.01, "omega": 40.0}

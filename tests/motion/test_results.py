@@ -281,6 +281,7 @@ def run_once(simulator):
     return simulator.run(START, t_end=1e-3)
 
 
+@pytest.mark.slow
 def test_results_pass_between_processes(impact, batch):
     simulator = ps.Simulator(ps.models.rod(mu=1.5), ps.laws.bilinear_hertz(E=20.9e14))
     derivatives = simulator.sensitivities(START, ["mu"], t_end=4e-4)

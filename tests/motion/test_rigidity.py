@@ -151,6 +151,7 @@ def test_modes_that_are_all_slower_than_the_contact_ask_for_more():
     assert rigidity_notices({"A": 3e-2}, [slow]) == rigidity_notices({}, [slow]) == ()
 
 
+@pytest.mark.slow
 def test_commands_and_report_say_it(capsys, tmp_path):
     case = ("rod", "--state", TABLE_3, "--law", "bilinear-hertz", "--material", "steel")
     data = run_json(capsys, "jump", *case)

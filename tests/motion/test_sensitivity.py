@@ -79,6 +79,7 @@ def assert_derivatives(simulator, state, wrt, parameters, tolerance=1e-8, step=4
 # ---- compliant ----
 
 
+@pytest.mark.slow
 def test_table_3_impact_through_every_event():
     sensitivities = assert_derivatives(
         softened(),
@@ -93,6 +94,7 @@ def test_table_3_impact_through_every_event():
     assert sensitivities.trajectory.stop_reason is StopReason.UNTIL
 
 
+@pytest.mark.slow
 def test_fall_impact_and_flight_at_a_fixed_end_time():
     start = TABLE_3 | {"y_A": 0.01}
     sensitivities = assert_derivatives(softened(), start, WRT, HARD, t_end=0.06)
@@ -176,6 +178,7 @@ def test_any_direction_is_a_difference_of_two_runs(theta, theta_dot, slip, fall,
     np.testing.assert_allclose(slope, difference, rtol=1e-4, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_an_initial_force_moves_the_start():
     sim, wrt = softened(), ("initial_force", "E")
     assert_derivatives(

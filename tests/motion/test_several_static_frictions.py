@@ -187,6 +187,7 @@ class Oracle:
 PAIRS = [("static", "coulomb"), ("stribeck", "static")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", PAIRS)
 @settings(max_examples=6)
 @given(
@@ -280,6 +281,7 @@ def test_rows_of_a_batch_are_the_runs(simulator):
         assert batch["times_of_slip_start"][i, 0] == run.events_of("slip_start")[0].time
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "landing, own",
     [

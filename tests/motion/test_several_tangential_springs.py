@@ -46,6 +46,7 @@ def kinds(run):
 # ---- SciPy, on equations written by hand ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize(
     ("names", "springs"),
@@ -78,6 +79,7 @@ def test_two_feet_follow_the_equations_written_by_hand(springs, names, start):
 # ---- other independent checks ----
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(slip=st.floats(-0.5, 0.5), approach=st.floats(0.0, 0.3), log_k_t=st.floats(3.5, 7.0))
 def test_foot_that_touches_alone_moves_as_an_only_contact(slip, approach, log_k_t):
@@ -108,6 +110,7 @@ FRICTION = {"mu_left": 0.3, "mu_middle": 0.5, "mu_right": 0.6}
 SPRUNG = {"k": 1e5, "c": 30.0, "tangential_stiffness": 5e4}
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(start=drops, law=st.sampled_from(["linear", "bilinear-hertz"]))
 @example(start={"y": 0.01, "theta": 2e-3, "x_dot": 0.0, "theta_dot": 0.0}, law="linear")
@@ -131,6 +134,7 @@ def test_energy_closes_friction_stays_in_its_cone_and_the_mirror_image_mirrors(s
             assert mirror.final[name] == pytest.approx(value, rel=1e-6, abs=1e-7), name
 
 
+@pytest.mark.slow
 def test_engines_agree():
     start = {"y": 0.01, "theta": 0.01, "x_dot": 0.3}
     runs = [
@@ -157,6 +161,7 @@ def test_stiff_springs_are_coulomb_friction_while_the_feet_slide():
         assert sprung.final[name] == pytest.approx(value, rel=1e-9, abs=1e-9), name
 
 
+@pytest.mark.slow
 def test_sprung_foot_beside_a_rigid_one_keeps_its_energy():
     soft = {"E_A": 2e7, "tangential_stiffness_A": 5e4, "e_energetic": 0.3}
     run = simulator(FEET, "A=hertz/spring,B=rigid").run(
@@ -173,6 +178,7 @@ def test_spring_with_a_dashpot_beside_a_rigid_contact_is_refused():
         ps.Simulator(ps.model("block-two-feet"), laws)
 
 
+@pytest.mark.slow
 def test_batch_is_its_single_runs_bit_for_bit_and_derivatives_are_differences():
     start, values = {"y": 0.01, "theta": 0.01, "x_dot": 0.3}, SPRUNG | FRICTION
     stiffnesses = np.logspace(4, 6, 5)

@@ -167,6 +167,7 @@ class ByHand:
         return 1 if slip > 0 else -1
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(
     name=st.sampled_from(["linear", "hertz"]),

@@ -45,6 +45,7 @@ def test_too_much_friction_tips_the_block(feet):
         assert run.segments[0].mode == mode
 
 
+@pytest.mark.slow
 def test_one_foot_moves_as_the_mechanism_with_that_contact_alone(feet):
     """While A is in the air the motion is that of B alone, also through its impacts."""
     start, p = {"y_A": 0.1, "theta": -0.4, "x_A_dot": 1.0}, FLAT | {"mu_B": 0.7}

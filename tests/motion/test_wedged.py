@@ -79,6 +79,7 @@ def test_a_ladder_too_flat_slides(ladder):
         assert (abs(run.final["theta"] - angle) < 1e-9) == holds
 
 
+@pytest.mark.slow
 def test_engines_and_batches_agree_on_a_ladder_at_rest(ladder):
     ends = []
     for engine in ("auto", "compiled"):
@@ -111,6 +112,7 @@ def test_a_box_against_a_wall_stays(box, push):
     assert max(abs(run.final[n]) for n in ("x", "y", "theta")) < 1e-13
 
 
+@pytest.mark.slow
 def test_a_push_that_grows_is_taken_over_by_the_wall(box):
     run = box.run({"t": 0.0}, t_end=1.0, parameters={"P": 1.0, "Q": 10.0}, max_events=100)
     assert run.stop_reason is StopReason.T_END

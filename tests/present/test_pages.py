@@ -173,6 +173,7 @@ def test_pages_know_dark_mode_and_paper():
     assert "background: #fff" in text  # figures are drawn for paper
 
 
+@pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("name", ["report", "motion", "risk"])
 def test_page_fits_a_phone(name, request):
@@ -192,6 +193,7 @@ def test_command_of_a_page_computes_the_same(capsys):
     assert [e["time"] for e in data["events"]] == [e.time for e in run.events]
 
 
+@pytest.mark.slow
 def test_command_of_every_option(capsys):
     case = Scenario(
         "block-two-feet",
@@ -211,6 +213,7 @@ def test_command_of_every_option(capsys):
     assert json.loads(capsys.readouterr().out)["final"]["state"] == case.simulate().final
 
 
+@pytest.mark.slow
 def test_report_of_a_file_shows_its_names_as_text(tmp_path, capsys):
     text = (ROOT / "examples" / "mechanisms" / "rod.toml").read_text("utf-8")
     text = text.replace('"rod-from-file"', '"<img src=x onerror=alert(1)>"')
@@ -241,6 +244,7 @@ def test_pages_of_other_mechanisms(model, tmp_path):
     _Reader((tmp_path / "page.html").read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_rounding_at_the_end_is_shown_as_zero():
     case = Scenario("block-two-feet", law="rigid", t_end=0.5)
     run = case.simulate()
@@ -264,6 +268,7 @@ def test_parts_of_a_page_are_escaped():
     assert unit_html("kg m^2") == "kg m<sup>2</sup>" and unit_html("1") == ""
 
 
+@pytest.mark.slow
 @needs_chromium
 @needs_axe
 @pytest.mark.parametrize("name", ["report", "motion", "risk"])
@@ -277,6 +282,7 @@ def test_page_has_no_fault_of_accessibility(name, request):
         assert violations(page) == [] == faults
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_verdicts_are_filtered(report):
     with chromium() as browser:

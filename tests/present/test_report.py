@@ -25,6 +25,7 @@ def written(few, tmp_path_factory):
     return out, write_report(few, out)
 
 
+@pytest.mark.slow
 def test_report_writes_all_files_and_nothing_else(written):
     out, files = written
     names = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}

@@ -30,6 +30,7 @@ def _expected(block, state, N):
     return W @ least.x + b, least.x, room
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(
     theta=st.one_of(st.just(0.0), st.floats(1e-3, 0.3), st.floats(-0.3, -1e-3)),

@@ -55,6 +55,7 @@ def _end(run):
     return {k: run.final_state[list(run.state_names).index(k)] for k in LENGTHS}
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(start=starts)
 def test_energy_of_a_table_on_three_soft_legs_closes(start):
@@ -63,6 +64,7 @@ def test_energy_of_a_table_on_three_soft_legs_closes(start):
     assert run.energy_residual < 1e-9
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(drop=st.floats(1e-4, 5e-3), turn=either_way(0.05, 0.3), lean=st.floats(1e-3, 0.05))
 def test_energy_of_a_ladder_between_soft_floor_and_wall_closes(drop, turn, lean):
@@ -73,6 +75,7 @@ def test_energy_of_a_ladder_between_soft_floor_and_wall_closes(drop, turn, lean)
     assert run.energy_residual < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @settings(max_examples=25)
 @given(
@@ -104,6 +107,7 @@ def test_mirror_image_moves_as_the_mirrored_motion(start):
     assert two == pytest.approx(expected, rel=1e-7, abs=1e-8)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(start=starts)
 def test_order_of_contacts_does_not_matter(start):
@@ -130,6 +134,7 @@ def test_units_do_not_matter_over_twelve_decades(mass, length, speed):
     assert back == pytest.approx(one, rel=1e-7, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_batch_is_its_single_runs_with_any_number_of_threads(engine):
     table, count = _table(engine), 70

@@ -38,6 +38,7 @@ def test_drops_on_rigid_legs_end_at_the_end_time(engine):
     assert stopped(RIGID, engine, 6) == []
 
 
+@pytest.mark.slow
 def test_touchdown_that_is_near_in_a_long_step_is_not_missed():
     """Two feet at one height bounce in turn, in a step a million times as long as a bounce."""
     *_, drop = drops(RIGID, 7, seed=0)
@@ -45,6 +46,7 @@ def test_touchdown_that_is_near_in_a_long_step_is_not_missed():
     assert run.stop_reason is StopReason.T_END
 
 
+@pytest.mark.slow
 def test_a_foot_that_touches_with_the_others_at_rest_has_no_impact():
     """It approaches with what rounding leaves of the velocity of a body that has stopped."""
     *_, drop = drops(RIGID, 27, seed=0)

@@ -219,6 +219,7 @@ def test_rigid_motion_that_jams_on_its_way_ends_after_the_impulse_up_to_there():
     assert jammed.normal_impulse == pytest.approx(jump.normal_impulse, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_another_mechanism_jams_as_does_its_mirror_image(side):
     start = {"phi": float(np.arccos(0.8))}

@@ -41,6 +41,7 @@ def test_an_unknown_method_is_named(finder):
         critical_force_gradient(finder, TABLE_4, ["thta"], parameters=HARD)
 
 
+@pytest.mark.slow
 def test_an_event_that_is_met_tangentially_is_named(finder):
     """At this stiffness the motion turns where it is next to the sliding solution."""
     soft = {"e_energetic": 1e-3, "E": 2e19}

@@ -123,6 +123,7 @@ def test_divergence_is_a_real_root_of_the_same_modes():
     assert abs(below.imag) > 1 and below.real > 1  # coupled modes
 
 
+@pytest.mark.slow
 def test_runs_part_at_the_rate_of_the_root():
     """Nonlinear motion on a linear contact; θ drifts by a hundredth meanwhile."""
     k, mu = 2.5e6, 1.1

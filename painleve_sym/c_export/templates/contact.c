@@ -110,27 +110,37 @@ static void add_stick(ps_forces *f, const ${name}_coefficients *c, int side) {
     add_force(f, force, F_t, 0, ${name}_case_stick);
 }
 
-int ${name}_solve(const double *p, const double *x, int contact, ${name}_solutions *solutions) {
-  const int opens = SIDES[contact] == 1;
-  const double v_t = x[SLIP_STATE[contact]];
-  const int direction = (v_t > 0) - (v_t < 0);
+/* Writes the solutions in slip along `direction`, 0 at rest, and returns the case. */
+static int solve(const ${name}_coefficients *c, int sides, int direction,
+                 ${name}_solutions *solutions) {
+  const int opens = sides == 1;
   ps_forces f = {solutions, 0};
-  ${name}_coefficients c;
-  ${name}_contact_coefficients(p, x, contact, &c);
   memset(solutions, 0, sizeof *solutions);
   /* No force: the contact opens, or one that cannot moves on. */
-  const int way = direction ? direction : (c.b_t > 0) - (c.b_t < 0);
+  const int way = direction ? direction : (c->b_t > 0) - (c->b_t < 0);
   const int held = way ? ${name}_case_slip : ${name}_case_stick;
-  if (c.B == 0 || (opens && c.B > 0))
+  if (c->B == 0 || (opens && c->B > 0))
     add_force(&f, 0.0, 0.0, opens ? direction : way, opens ? ${name}_case_liftoff : held);
-  for (int side = 1; side > -SIDES[contact]; side -= 2) {
+  for (int side = 1; side > -sides; side -= 2) {
     for (int s = -1; s <= 1; s += 2)
-      if (s * v_t >= 0) add_slip(&f, &c, s, side, v_t == 0);
-    if (v_t == 0) add_stick(&f, &c, side);
+      if (s * direction >= 0) add_slip(&f, c, s, side, !direction);
+    if (!direction) add_stick(&f, c, side);
   }
   if (f.wide) return ${name}_case_indeterminate;
   if (solutions->count == 0) return ${name}_case_inconsistent;
   return solutions->count == 1 ? solutions->mode[0] : ${name}_case_indeterminate;
+}
+
+int ${name}_solve(const double *p, const double *x, int contact, ${name}_solutions *solutions) {
+  const double v_t = x[SLIP_STATE[contact]];
+  ${name}_coefficients c;
+  ${name}_contact_coefficients(p, x, contact, &c);
+  return solve(&c, SIDES[contact], (v_t > 0) - (v_t < 0), solutions);
+}
+
+int ${name}_case_in_slip(const ${name}_coefficients *coefficients, int contact, int s) {
+  ${name}_solutions solutions;
+  return solve(coefficients, SIDES[contact], s, &solutions);
 }
 
 int ${name}_classify(const double *p, const double *x, int contact) {

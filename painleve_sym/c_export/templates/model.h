@@ -157,6 +157,10 @@ int ${name}_classify(const double *p, const double *x, int contact);
  * forces is possible besides those that are written. */
 int ${name}_solve(const double *p, const double *x, int contact, ${name}_solutions *solutions);
 
+/* Returns the case of one contact with these coefficients in slip along s, -1 or 1, whatever slip
+ * velocity the state has. */
+int ${name}_case_in_slip(const ${name}_coefficients *coefficients, int contact, int s);
+
 #ifdef __cplusplus
 }
 #endif

@@ -11,7 +11,7 @@
 
 #define CALLED(name) __attribute__((export_name(#name)))
 
-enum { GIVEN = $motion };
+enum { GIVEN = $motion, EACH = 4 };
 
 double *${name}_parameters_at(void);
 double *${name}_state_at(void);
@@ -45,8 +45,9 @@ static void set_quantity(int i, double value) {
   else ${name}_parameters_at()[i - GIVEN] = value;
 }
 
-/* Writes the map of one contact over quantities a and b, for slips along s: of each point A in push,
- * B and A in pull, three numbers, nan outside of the domain. b runs fastest. NULL without memory. */
+/* Writes the map of one contact over quantities a and b, for slips along s: of each point the case,
+ * A in push, B and A in pull, four numbers, nan outside of the domain and where A + B is not finite.
+ * b runs fastest. NULL without memory. */
 CALLED(contact_map)
 double *contact_map(int a, double a_0, double a_1, int n_a, int b, double b_0, double b_1, int n_b,
                     int contact, int s) {
@@ -56,23 +57,24 @@ double *contact_map(int a, double a_0, double a_1, int n_a, int b, double b_0, d
   double *x = ${name}_state_at(), *p = ${name}_parameters_at();
   memcpy(state, x, sizeof state);
   memcpy(parameters, p, sizeof parameters);
-  if (3 * n_a * n_b > room) {
-    grid = (double *)realloc(grid, sizeof(double) * (size_t)(room = 3 * n_a * n_b));
+  if (EACH * n_a * n_b > room) {
+    grid = (double *)realloc(grid, sizeof(double) * (size_t)(room = EACH * n_a * n_b));
     if (!grid) return grid;
   }
   double *point = grid;
   for (int i = 0; i < n_a; i++) {
-    for (int j = 0; j < n_b; j++, point += 3) {
+    for (int j = 0; j < n_b; j++, point += EACH) {
       ${name}_coefficients c;
       memcpy(x, state, sizeof state);
       set_quantity(a, a_0 + (a_1 - a_0) * i / (n_a - 1));
       set_quantity(b, b_0 + (b_1 - b_0) * j / (n_b - 1));
-      point[0] = point[1] = point[2] = NAN;
+      for (int k = 0; k < EACH; k++) point[k] = NAN;
       if ((${name}_complete(-1.0) & 4) == 0) continue;
       ${name}_contact_coefficients(p, x, contact, &c);
-      point[0] = c.A[s > 0];
-      point[1] = c.B;
-      point[2] = c.A[s < 0];
+      point[1] = c.A[s > 0];
+      point[2] = c.B;
+      point[3] = c.A[s < 0];
+      if (isfinite(point[1] + c.B)) point[0] = ${name}_case_in_slip(&c, contact, s);
     }
   }
   memcpy(x, state, sizeof state);

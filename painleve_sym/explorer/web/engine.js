@@ -122,7 +122,8 @@ export class Engine {
   }
 
   /**
-   * Returns A in push, B and A in pull on a grid, b fastest, for slips along s; nan outside.
+   * Returns the names of cases, A in push, B and A in pull on a grid, b fastest, for slips along s;
+   * "outside" and nan outside.
    * @param {Values} values @param {string} a @param {number[]} rangeA @param {number} countA
    * @param {string} b @param {number[]} rangeB @param {number} countB
    * @param {number} contact @param {number} slip
@@ -133,9 +134,10 @@ export class Engine {
       ...[this.index(a), rangeA[0], rangeA[1], countA, this.index(b), rangeB[0], rangeB[1], countB],
       ...[contact, slip],
     );
-    const grid = view(this.functions, at, 3 * countA * countB);
-    const part = (/** @type {number} */ k) => grid.filter((_, i) => i % 3 === k);
-    return { push: part(0), B: part(1), pull: part(2) };
+    const grid = view(this.functions, at, 4 * countA * countB);
+    const part = (/** @type {number} */ k) => grid.filter((_, i) => i % 4 === k);
+    const cases = Array.from(part(0), (given) => this.description.cases[given]?.name ?? "outside");
+    return { cases, push: part(1), B: part(2), pull: part(3) };
   }
 
   #drawing() {

@@ -9,7 +9,7 @@ const CASES = {
   slip: ["--slip", "slip: one solution"],
   liftoff: ["--liftoff", "lift-off: one solution"],
   inconsistent: ["--none", "no solution"],
-  indeterminate: ["--two", "two solutions"],
+  indeterminate: ["--two", "several solutions"],
   outside: ["--outside", "outside the model"],
 };
 /** @type {Object<string, [string, string]>} */
@@ -37,21 +37,6 @@ export const RUNS = 100;
 /** Milliseconds of work between two pictures of a map that fills. */
 const PORTION = 30;
 const LOOSE = 1e-6;
-
-/**
- * The case by the signs of A and B; of a guide by the number of solutions.
- * @param {number} A @param {number} B @param {number | null} pull
- */
-export function caseOf(A, B, pull) {
-  if (!Number.isFinite(A + B)) return "outside";
-  if (pull !== null) {
-    if (B === 0) return A === 0 || pull === 0 ? "indeterminate" : "slip";
-    const count = +(Math.sign(A) * Math.sign(B) < 0) + +(Math.sign(pull) * Math.sign(B) > 0);
-    return ["inconsistent", "slip", "indeterminate"][count];
-  }
-  if (B < 0) return A > 0 ? "slip" : "inconsistent";
-  return (A < 0 && B > 0) || (A === 0 && B === 0) ? "indeterminate" : "liftoff";
-}
 
 /**
  * The range of an axis, wider where the point of the map would be at its edge or beyond.
@@ -195,12 +180,11 @@ export class MapView {
   /** @param {number} slip */
   #cases(slip) {
     const { over, contact, values } = this.settings;
-    const { push, B, pull } = this.engine.map(
+    const { cases, push, B, pull } = this.engine.map(
       ...[values, over[0], this.frame.x, POINTS, over[1], this.frame.y, POINTS, contact, slip],
     );
     const bilateral = this.engine.description.contacts[contact].bilateral;
-    const words = Array.from(push, (A, i) => caseOf(A, B[i], bilateral ? pull[i] : null));
-    this.#paint(words, POINTS, CASES);
+    this.#paint(cases, POINTS, CASES);
     const fields = [["A", push], ["B", B], ...(bilateral ? [["A in pull", pull]] : [])];
     for (const [i, [name, grid]] of fields.entries()) {
       const pieces = zeros((p, q) => /** @type {any} */ (grid)[p * POINTS + q], POINTS, POINTS);
