@@ -323,7 +323,7 @@ class SeriesCode:
         node, real = self.tape.nodes[i], kind.real
         args = [f"o{n}" for n in node.args]
         if node.op == "state":
-            lines = [f"const {real} o{i} = x[{node.index}];"]
+            lines = [f"const {real} o{i} = x[{node.state_index}];"]
         elif node.op == "linear" and node.inner is not None:
             value = self.sum(node.inner, "o{}", kind, constant=True)
             lines = [f"const {real} o{i} = {value};"]

@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import casadi as ca
 
+Factors = tuple[tuple[str, int], ...]
 
-@dataclass(frozen=True)
-class Scalar:
+
+# A tuple: tapes are made of thousands of them, which are compared and hashed over and over.
+class Scalar(NamedTuple):
     """A number times whole powers of expressions, by their keys in `Scalars`, sorted."""
 
     number: float
-    factors: tuple[tuple[str, int], ...] = ()
+    factors: Factors = ()
 
     @property
     def is_zero(self) -> bool:
         """Whether it is the number 0."""
         return self.number == 0
 
-    def __mul__(self, other: Scalar) -> Scalar:
+    def __mul__(self, other: Scalar) -> Scalar:  # type: ignore[override]
         """Return the product."""
-        powers = dict(self.factors)
-        for key, power in other.factors:
-            powers[key] = powers.get(key, 0) + power
         number = self.number * other.number
-        kept = tuple(sorted((k, p) for k, p in powers.items() if p))
-        return Scalar(number, kept if number else ())
+        return Scalar(number, _together(self.factors, other.factors) if number else ())
 
     def inverse(self) -> Scalar:
         """Return 1 over it."""
@@ -36,8 +34,9 @@ class Scalar:
 
     def __truediv__(self, other: Scalar) -> Scalar:
         """Return the quotient; its number is rounded once."""
-        rest = self * Scalar(1.0, other.inverse().factors)
-        return Scalar(rest.number / other.number, rest.factors)
+        below = tuple((k, -p) for k, p in other.factors)
+        factors = _together(self.factors, below) if self.number else ()
+        return Scalar(self.number / other.number, factors)
 
     def __neg__(self) -> Scalar:
         """Return the negative."""
@@ -45,6 +44,16 @@ class Scalar:
 
 
 ONE, ZERO = Scalar(1.0), Scalar(0.0)
+
+
+def _together(first: Factors, second: Factors) -> Factors:
+    """Return the factors of a product."""
+    if not first or not second:
+        return first or second
+    powers = dict(first)
+    for key, power in second:
+        powers[key] = powers.get(key, 0) + power
+    return tuple(sorted((k, p) for k, p in powers.items() if p))
 
 
 def common_factor(scalars: list[Scalar]) -> Scalar:

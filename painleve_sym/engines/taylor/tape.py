@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import casadi as ca
 
@@ -17,8 +17,7 @@ LARGEST_FLOOR = 1e-30
 """max(a, floor) with a floor up to this one is a ramp: the base of a real power."""
 
 
-@dataclass(frozen=True)
-class Combination:
+class Combination(NamedTuple):
     """constant + Σ coefficient · node: nodes in ascending order, no coefficient 0."""
 
     constant: Scalar = ZERO
@@ -33,11 +32,12 @@ class Combination:
         """Return it times a scalar."""
         if by.is_zero:
             return Combination()
+        if by == ONE:
+            return self
         return Combination(self.constant * by, tuple((n, c * by) for n, c in self.terms))
 
 
-@dataclass(frozen=True)
-class Node:
+class Node(NamedTuple):
     """One row of Taylor coefficients.
 
     Attributes
@@ -52,7 +52,7 @@ class Node:
         Of ``linear``, ``ramp`` and ``above``.
     scalar : Scalar or None
         Exponent of ``pow``, floor of ``ramp`` and ``above``.
-    index : int
+    state_index : int
         Of ``state``.
     """
 
@@ -60,7 +60,7 @@ class Node:
     args: tuple[int, ...] = ()
     inner: Combination | None = None
     scalar: Scalar | None = None
-    index: int = -1
+    state_index: int = -1
 
     @property
     def operands(self) -> tuple[int, ...]:
@@ -237,7 +237,7 @@ class Tape:
             return a.scaled(condition.constant)
         for n, _ in condition.terms:
             above = self.nodes[n]
-            if above.op == "above" and self._vanishes(a, replace(above, op="ramp")):
+            if above.op == "above" and self._vanishes(a, above._replace(op="ramp")):
                 return a
         raise NoRecurrence("if_else_zero")
 
@@ -268,7 +268,7 @@ def build(expressions: ca.SX, x: ca.SX, z: ca.SX, c: ca.SX, rates: int) -> Tape:
     """
     function = ca.Function("f", [x, z, c], [ca.cse(ca.densify(expressions))])
     tape = Tape()
-    states = [tape.single(Node("state", index=i)) for i in range(x.numel())]
+    states = [tape.single(Node("state", state_index=i)) for i in range(x.numel())]
     # A state that rests in this mode is as good as a parameter.
     resting = [i for i in range(rates) if expressions[i].is_zero()]
     for i in resting:
