@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import textwrap
+from collections.abc import Iterable
 from typing import Any, NoReturn
 
 from painleve_sym.cli.commands import COMMANDS, Option, Reader
@@ -92,8 +93,8 @@ def _add(parser: Parser, option: Option) -> None:
     parser.add_argument(option.name, **settings, **reading)
 
 
-def parsers() -> tuple[Parser, dict[str, Parser]]:
-    """Return the parser of the command line and those of its commands by name."""
+def parsers(names: Iterable[str] = COMMANDS) -> tuple[Parser, dict[str, Parser]]:
+    """Return the parser of the command line and those of commands by name: all, or these alone."""
     parser = Parser(
         prog=PROGRAM,
         usage=f"{PROGRAM} [-h] [--version] [--print-completion SHELL] COMMAND ...",
@@ -111,7 +112,8 @@ def parsers() -> tuple[Parser, dict[str, Parser]]:
         dest="command", metavar="COMMAND", prog=PROGRAM, help=argparse.SUPPRESS
     )
     sub: dict[str, Parser] = {}
-    for name, command in COMMANDS.items():
+    for name in names:
+        command = COMMANDS[name]
         summary = command.summary
         description = f"{summary[0].upper()}{summary[1:]}."
         sub[name] = group.add_parser(name, help=summary, description=description)
