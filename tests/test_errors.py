@@ -72,6 +72,7 @@ def fail(kind):
     raise example_of(kind)
 
 
+@pytest.mark.slow
 def test_a_pool_hands_a_model_error_on():
     """It stalled: the parent could not unpickle what the worker raised."""
     with multiprocessing.get_context("spawn").Pool(1) as pool:

@@ -139,6 +139,7 @@ int main(void) {
     assert failed >= 5
 
 
+@pytest.mark.slow
 def test_export_states_and_tolerances_of_any_start_are_the_packages(bouncing, pressed):
     rng = np.random.default_rng(7)
     for done in (bouncing, pressed):
@@ -312,10 +313,11 @@ def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
     run(*find_compiler().command, *STRICT, "-fsyntax-only", *sources, cwd=tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scenario", "kinds", "level"),
     [
-        pytest.param(
+        (
             Scenario(
                 "block-two-feet",
                 {"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3},
@@ -324,7 +326,6 @@ def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
             ),
             {"touchdown", "impact"},
             "-O1",
-            marks=pytest.mark.slow,
         ),
         (
             Scenario(

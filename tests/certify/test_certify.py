@@ -381,6 +381,7 @@ surface = "x**2 + y**2 + z**2 - 1"
 """
 
 
+@pytest.mark.slow
 def test_surface_whose_normal_vanishes_is_not_proved(capsys, tmp_path):
     pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
     file = tmp_path / "ball.toml"

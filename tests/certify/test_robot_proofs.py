@@ -145,6 +145,7 @@ def test_forged_certificate_is_rejected(certificate, name):
         check(forged | {"sha256": digest(forged)})
 
 
+@pytest.mark.slow
 def test_command_proves_and_verifies_without_flint(capsys, tmp_path, monkeypatch):
     pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
     file = tmp_path / "dog.json"

@@ -67,6 +67,7 @@ def test_rigid_motion_that_jams_is_a_row(capsys):
     assert "only compliant motion does" in said
 
 
+@pytest.mark.slow
 def test_rigid_motion_that_jams_as_json(capsys):
     data = run_json(capsys, *JAMMED)
     first, second = data["rigid"]["motions"]

@@ -26,6 +26,7 @@ def test_fit_prints_estimates_and_draws(capsys, tmp_path):
     assert out_file.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_fit_of_motions_row_by_row_as_json(capsys):
     data = run_json(
         capsys, "fit", FOLDER / "impacts.csv", *COMMAND, *START,

@@ -141,6 +141,7 @@ def test_derive_gives_the_same_coefficients_as_formulas(capsys, file):
     assert eval(form, at) == pytest.approx(least, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_jump_agrees_with_the_impulses_by_hand(capsys, file):
     """A plastic impact that ends in slip or stick: v⁺ = v + W Λ in the contact's axes."""
     state = f"{STATE},phi_dot=-3"

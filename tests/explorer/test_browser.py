@@ -597,16 +597,10 @@ def test_no_width_needs_scrolling_sideways(opened, width):
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.slow
 @needs_axe
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize(
-    "name",
-    [
-        "rod",
-        pytest.param("block-two-feet", marks=pytest.mark.slow),
-        pytest.param("painleve-klein", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize("name", ["rod", "block-two-feet", "painleve-klein"])
 def test_axe_finds_no_violation(opened, name, scheme):
     page = opened(name, "mu=3&map-over=x", color_scheme=scheme, bypass_csp=True)
     assert page.get_by_role("alert").first.inner_text() != ""

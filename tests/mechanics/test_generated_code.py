@@ -16,7 +16,7 @@ from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers
 from tests.mechanics.forced import accelerations, directions, forced_automaton, forces
 
-LONG = ("two-link-arm", "pr-robot", "block")
+LONG = ("two-link-arm", "pr-robot", "block", "rod-bending")
 """Whose compliant automata take many seconds to derive and compile."""
 BELTS = ("strut", "two-link-arm")
 
@@ -76,7 +76,9 @@ def _by_compiled_code(mechanism, at):
     return computed
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n == "rod-bending" else ()) for n in NAMES]
+)
 def test_mechanism_values_and_slopes_are_the_same_in_every_form(name):
     mechanism = derived(name)
     at = _point(mechanism)

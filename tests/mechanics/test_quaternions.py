@@ -301,6 +301,7 @@ def test_units_change_nothing():
     assert np.allclose(other.b * second**2 / metre, one.b, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_where_angles_lock_a_quaternion_answers():
     """The brick at a pitch of 90° has no rates of its angles; the quaternion is one of others."""
     with pytest.raises(

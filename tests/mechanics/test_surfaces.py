@@ -66,6 +66,7 @@ def circle(x, y):
     return RADIUS.symbol**2 - x**2 - y**2
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(angle=st.floats(0, 6.28), x_dot=st.floats(-2, 2), y_dot=st.floats(-2, 2))
 def test_contact_inside_a_circle_is_that_of_polar_coordinates(angle, x_dot, y_dot):

@@ -90,6 +90,7 @@ def test_classification_tells_of_bounces_at_rest_only(cart):
     assert classify(rod(), {"theta": 1.0, "theta_dot": 5.0}).chatter == ()  # B > 0
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(
     law=st.sampled_from(["newton", "poisson", "energetic"]),

@@ -137,6 +137,7 @@ def test_what_runs_say_is_the_growth_of_the_energy(theta, slip, spin, mu, e, law
         assert run.notices == ()
 
 
+@pytest.mark.slow
 def test_gains_are_kept_by_files_and_not_by_ends(tmp_path):
     run = block_falls("newton")
     run.save(tmp_path / "run.npz")

@@ -60,6 +60,7 @@ HEAVILY_DAMPED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("state", "own"), HEAVILY_DAMPED)
 def test_guide_beside_a_damped_foot_keeps_the_energy_in_all_units(state, own):
     """Guide and foot stick in a line: their friction against each other is hardly determined."""
@@ -108,6 +109,7 @@ def test_impacts_beside_a_guide_without_friction_are_those_of_a_pendulum():
             )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["taylor", "compiled"])
 def test_impacts_beside_a_guide_with_friction_close_the_energy(engine):
     options = {"parameters": {"beta": 0.0, "mu_A": 0.4, "mu_B": 0.6}, "t_end": 0.6}

@@ -58,6 +58,7 @@ def test_state_and_time_of_an_event_agree_where_its_guard_is_at_rounding_level(s
         assert np.max(np.abs(missed)) < 5e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
     ("state", "damping", "t_end"),
@@ -132,6 +133,7 @@ def test_feet_that_stick_close_together_without_force(law, beta, engine):
     assert run.energy_residual < 3e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "own"),
     [
@@ -196,6 +198,7 @@ def test_a_step_that_an_event_makes_short_is_followed_by_one_that_can_be_made():
         assert times == pytest.approx(np.repeat(expected, 2), rel=0, abs=2e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_foot_that_lands_alone_slips_or_sticks_as_its_friction_says(engine):
     """Its friction per normal force is fixed by the place of the mass centre, in contact alone."""
@@ -240,6 +243,7 @@ def test_a_ladder_that_just_touches_floor_and_wall_begins_to_move(law, engines, 
     assert np.allclose(first, last, rtol=1e-5, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_smooth_ladder_on_linear_springs_moves_as_its_equations_say(engine):
     m, half, g, k = 5.0, 1.0, 9.8, 1e6
@@ -269,6 +273,7 @@ def test_smooth_ladder_on_linear_springs_moves_as_its_equations_say(engine):
     assert np.allclose(run.final_state[places], exact.y[:, -1], rtol=1e-8, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_ladder_that_lands_upright_is_turned_by_the_floor_alone():
     """The wall is touched at no speed and no acceleration; the floor pushes little at first."""
     run = scene(LADDER, "hunt-crossley/stribeck").run(

@@ -345,6 +345,7 @@ def test_energy_of_two_feet_on_a_shaken_table_closes_through_impacts_and_slip():
         assert run.energy_residual < 1e-9
 
 
+@pytest.mark.slow
 def test_feet_that_slide_on_a_table_are_a_block_of_one_contact():
     """An upright body that only slides moves as a point does, with half the force on each foot."""
     values = {"omega": 15.0, "g": G}

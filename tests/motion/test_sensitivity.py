@@ -106,6 +106,7 @@ def test_fall_impact_and_flight_at_a_fixed_end_time():
     )
 
 
+@pytest.mark.slow
 def test_states_and_forces_between_events():
     start, options = TABLE_3 | {"y_A": 0.01}, {"t_end": 0.05}
     motion = softened().sensitivities(start, WRT, parameters=HARD, rtol=1e-12, **options)

@@ -216,6 +216,7 @@ def test_stick_slip_of_two_blocks_equals_scipy(simulator, pair, ratio, width, x)
 START = at_rest_on_belt(x_1=0.004, x_2=-0.003)
 
 
+@pytest.mark.slow
 def test_equal_static_and_kinetic_friction_is_coulomb(simulator):
     plain, other = (
         simulator(*f).run(START, t_end=T_END, parameters=own_parameters(*f, 1.0, 0.1))

@@ -202,6 +202,7 @@ def test_landing_of_the_rod_equals_scipy(name, theta, slip, approach, mu, log_k_
 # ---- the limit of a rigid tangent ----
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(
     law=st.sampled_from(LAWS),

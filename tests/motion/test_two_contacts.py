@@ -95,6 +95,7 @@ def test_landing_flat_is_one_impact_of_both_feet(feet):
     assert impact.state["y_A_dot"] == pytest.approx(0.5 * speed)
 
 
+@pytest.mark.slow
 def test_the_inconsistent_foot_has_its_impact_without_collision(feet):
     """A tall block on one sliding foot, A < 0 and B < 0: the slip stops in an instant."""
     p = FLAT | {"h": 0.2, "J": 0.01, "mu_B": 3.0, "mu_A": 3.0}

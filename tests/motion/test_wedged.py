@@ -54,6 +54,7 @@ def forces(run):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.8, math.pi / 3, 1.2, 1.4])
 def test_a_ladder_that_friction_holds_stays(ladder, angle):
     """Four forces, three equations: they balance the weight, and one is at its bound."""

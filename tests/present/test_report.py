@@ -34,6 +34,7 @@ def test_report_writes_all_files_and_nothing_else(written):
     assert {p.relative_to(out).as_posix() for p in files} == names
 
 
+@pytest.mark.slow
 def test_report_figures_are_png_and_svg(written):
     out, _ = written
     assert (out / "figures/fig-8.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")

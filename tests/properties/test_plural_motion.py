@@ -95,6 +95,7 @@ def test_level_legs_that_drop_straight_bounce_to_the_end(engine, drop, turn, mu)
     assert abs(run.final["x_dot"]) < 1e-6
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(start=starts)
 def test_mirror_image_moves_as_the_mirrored_motion(start):

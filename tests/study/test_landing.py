@@ -81,6 +81,7 @@ def test_modes_tend_to_the_closed_receptances_of_all_modes():
     assert left[0][1] / left[1][1] == pytest.approx(2, rel=0.05)
 
 
+@pytest.mark.slow
 def test_forces_drive_the_modes_as_the_mobility_of_the_package_has_it():
     bending = ps.model("rod-bending:2,1")
     modes = study.Modes(STEEL, 2, 1)
