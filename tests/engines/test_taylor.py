@@ -395,7 +395,7 @@ def order_zero(tape, functions):
         inner = _combined(tape, node.inner, values) if node.inner is not None else None
         values.append(
             {
-                "state": lambda n=node: functions.x[n.index],
+                "state": lambda n=node: functions.x[n.state_index],
                 "linear": lambda i=inner: i,
                 "ramp": lambda i=inner: ca.fmax(i, 1e-60),
                 "mul": lambda a=a: a[0] * a[1],
