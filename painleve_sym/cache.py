@@ -274,7 +274,7 @@ def _hash(text: str) -> str:
 
 @dataclass(frozen=True)
 class CacheContent:
-    """Numbers of compiled libraries and of entries; bytes of all files, forms among them."""
+    """Numbers of compiled libraries and of entries, forms among them; bytes of all files."""
 
     folder: Path
     libraries: int
@@ -288,7 +288,7 @@ def cache_content() -> CacheContent:
     try:
         entries = list(_entries(folder))
         libraries = sum(path.suffix == ".so" for path in entries)
-        kept = sum(path.suffix == ENTRY for path in entries)
+        kept = sum(path.suffix in (ENTRY, FORM) for path in entries)
         return CacheContent(folder, libraries, kept, sum(map(_size, entries)))
     except FileNotFoundError:
         return CacheContent(folder, 0, 0, 0)
