@@ -24,7 +24,7 @@ from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.errors import InputError
 from painleve_sym.robots.contact_mechanism import CAVEATS
 from painleve_sym.robots.report import RiskReport, risk_report
-from painleve_sym.robots.robot import Robot, RobotContact
+from painleve_sym.robots.robot import LeastRisk, Robot, RobotContact
 from painleve_sym.robots.robot import robot as read
 from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
 
@@ -175,12 +175,18 @@ def _show(report: RiskReport) -> None:
     show("mobility W with the rows n, t1, t2, 1/kg")
     show_table(("",) * 3, [[number(v, 9) for v in row] for row in risk.W.tolist()], left=())
     show()
-    show(f"mu_P = W_nn/|w| = {number(risk.mu_P, 9)}: below it a sliding contact has one answer,")
-    show("above it there are directions of slip with A < 0")
-    show(
-        f"worst direction of slip: {math.degrees(risk.direction):.4g} deg from t1, "
-        f"{', '.join(number(v, 4) for v in risk.worst_direction)} in the world"
-    )
+    bounded = math.isfinite(risk.mu_P)
+    if bounded:
+        show(
+            f"mu_P = W_nn/|w| = {number(risk.mu_P, 9)}: below it a sliding contact has one answer,"
+        )
+        show("above it there are directions of slip with A < 0")
+        show(
+            f"worst direction of slip: {math.degrees(risk.direction):.4g} deg from t1, "
+            f"{', '.join(number(v, 4) for v in risk.worst_direction)} in the world"
+        )
+    else:
+        show("w = 0, mu_P = inf: a sliding contact has one answer here, whatever its friction")
     if risk.mu is not None and risk.half_angle is not None:
         inside = f"inside the paradox within {math.degrees(risk.half_angle):.4g} deg of it"
         show(
@@ -195,18 +201,32 @@ def _show(report: RiskReport) -> None:
         )
         show(f"({risk.impact.restitution}, e = 0.75; the command jump has its phases)")
     show(f"least mu_P of all surface normals: {number(risk.least_over_normals, 9)}")
+    if bounded:
+        _show_gradient(report)
+    if report.least is not None:
+        _show_poses(report, report.least)
+
+
+def _show_gradient(report: RiskReport) -> None:
+    """Print the largest derivatives by joint values."""
     show()
+    risk = report.risk
     largest = sorted(risk.gradient.items(), key=lambda pair: -abs(pair[1]))[:SHOWN_GRADIENT]
     units = report.units
     rows = [(name, number(slope), f"1/{units[name]}") for name, slope in largest]
     show_table(("derivative of mu_P by", "value", "unit"), rows, left=(0, 2))
-    if report.least is not None:
-        show()
-        show(f"least mu_P that a search over joint limits reached: {number(report.least.mu_P, 6)}")
-        pairs = (f"{name} = {number(v, 4)}" for name, v in report.least.joints.items())
-        show(f"  at {', '.join(pairs)}")
-        quantiles = np.nanquantile(report.distribution, [0.05, 0.5, 0.95])
-        listed = ", ".join(number(float(q), 4) for q in quantiles)
-        show(f"mu_P of {len(report.distribution)} random poses, 5, 50 and 95 %: {listed}")
+
+
+def _show_poses(report: RiskReport, least: LeastRisk) -> None:
+    """Print what a search over poses and random ones gave."""
+    show()
+    show(f"least mu_P that a search over joint limits reached: {number(least.mu_P, 6)}")
+    if math.isfinite(least.mu_P):
+        show(f"  at {', '.join(f'{name} = {number(v, 4)}' for name, v in least.joints.items())}")
+    # Values of poses themselves: there is nothing between a number and infinity.
+    parts = [0.05, 0.5, 0.95]
+    quantiles = np.nanquantile(report.distribution, parts, method="inverted_cdf")
+    listed = ", ".join(number(float(q), 4) for q in quantiles)
+    show(f"mu_P of {len(report.distribution)} random poses, 5, 50 and 95 %: {listed}")
     if report.share_at_risk is not None:
         show(f"share of poses at risk: {100 * report.share_at_risk:.3g} %")

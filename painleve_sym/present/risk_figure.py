@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -22,7 +24,8 @@ def risk_figure(report: RiskReport, width: float | None = None) -> Figure:
     values = np.sort(report.distribution[np.isfinite(report.distribution)])
     if not len(values):
         raise InputError(
-            "robot: the figure shows poses over the ranges of joints, and no joint has a range."
+            "robot: the figure shows poses over the ranges of joints: got "
+            + ("none with a finite mu_P." if report.least else "no joint with a range.")
         )
     wide = COLUMN if width is None else width
     figure = Figure(figsize=(wide, _HEIGHT * wide / COLUMN), layout="constrained")
@@ -33,6 +36,8 @@ def risk_figure(report: RiskReport, width: float | None = None) -> Figure:
     if report.least is not None:
         marks.append((report.least.mu_P, "least of all poses", 2))
     for value, name, style in marks:
+        if not math.isfinite(value):
+            continue
         axes.axvline(value, color=PALETTE[style], linestyle=DASHES[style], label=name)
     if report.risk.mu is not None:
         axes.axvline(report.risk.mu, color=REFERENCE, label=r"$\mu$")

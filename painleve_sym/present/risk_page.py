@@ -15,10 +15,14 @@ from painleve_sym.robots.report import RiskReport
 def risk_page(report: RiskReport) -> Page:
     """Return the page of the risk of a contact at its pose, and over its poses."""
     risk = report.risk
+    bounded = math.isfinite(risk.mu_P)
     lead = paragraph(
         f"Up to a friction coefficient of {risk.mu_P:.4g} the rigid contact has one answer at this "
         "pose while it slides, whatever the direction of slip. Above it there are directions of "
         "slip for which it has none or several (A < 0)."
+        if bounded
+        else "Whatever its friction, the rigid contact has one answer at this pose while it "
+        "slides: tangential forces do not move it along its normal (w = 0)."
     )
     if risk.mu is not None and risk.half_angle is not None:
         degrees = f"{math.degrees(risk.half_angle):.3g}°"
@@ -51,11 +55,10 @@ def risk_page(report: RiskReport) -> Page:
     parts = [
         Part("Thresholds of friction", table(("quantity", "value"), rows, "thresholds")),
         Part("Mobility W, 1/kg", table(("row", *axes), mobility, "mobility")),
-        Part(
-            "Derivatives of μ_P by joint values",
-            table(("joint", "derivative", "unit"), slopes, "derivatives"),
-        ),
     ]
+    if bounded:
+        shown = table(("joint", "derivative", "unit"), slopes, "derivatives")
+        parts.append(Part("Derivatives of μ_P by joint values", shown))
     if np.isfinite(report.distribution).any():
         drawing = svg_text(risk_figure(report), "risk", "Share of poses below each threshold")
         caption = f"Share of {len(report.distribution)} random poses with a smaller μ_P."

@@ -61,6 +61,8 @@ POSES = 2000
 """Random poses by default."""
 _STARTS, _SHORT, _LONG = 12, 30, 300
 """Searches for the least, their iterations, and those of the best ones, which continue."""
+_NEVER = 1e3
+"""Stands for the logarithm of an infinite μ_P² in a search: a number beyond all others."""
 _SINGULAR_MASS = 1e-12
 """Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
 _SINGULAR = 1e-9
@@ -91,7 +93,7 @@ class ContactRisk:
     least_over_normals : float
         The least `mu_P` of all surface normals.
     gradient : dict of str to float
-        Derivatives of `mu_P` by joint values, 1/rad or 1/m.
+        Derivatives of `mu_P` by joint values, 1/rad or 1/m; nan where `mu_P` is infinite.
     impact : Impact or None
         The impact without collision of slip at 1 m/s along the worst direction, by the energetic
         law with e = 0.75; its impulses grow with the velocity. None up to `mu_P`, without `mu`,
@@ -110,6 +112,8 @@ class ContactRisk:
 
     def __repr__(self) -> str:
         """Return the critical friction and the worst direction in one line."""
+        if math.isinf(self.mu_P):
+            return f"ContactRisk mu_P = inf, least over normals {self.least_over_normals:.6g}"
         worst = f"worst slip at {math.degrees(self.direction):.4g} deg from t1"
         if self.half_angle:
             worst += f", A < 0 within {math.degrees(self.half_angle):.4g} deg of it"
@@ -136,6 +140,7 @@ class LeastRisk:
     Attributes
     ----------
     mu_P : float
+        Infinite where no friction is enough in any pose that was looked at.
     joints : dict of str to float
         rad or m.
     """
@@ -567,7 +572,7 @@ class RobotContact:
             point[place] = q
             numbers = np.array(of.of_vector(point.tolist()))
             if not numbers[0] > 0 or not np.isfinite(numbers).all():
-                return 0.0, np.zeros(len(q))
+                return _NEVER, np.zeros(len(q))
             # Of the logarithm, whose size is the same for all robots.
             return -math.log(numbers[0]), -numbers[slopes_of] / numbers[0]
 
@@ -582,7 +587,7 @@ class RobotContact:
         best, best_q = min((descended(q, _LONG) for _, q in reached[:2]), key=lambda pair: pair[0])
         pose = {n: float(v) for n, v in zip(names, best_q, strict=True)}
         whole = {name: pose.get(name, float(self.values[name])) for name in self.joints}
-        return LeastRisk(math.exp(best / 2), whole)
+        return LeastRisk(math.exp(best / 2) if best < _NEVER else math.inf, whole)
 
 
 def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import painleve_sym as ps
 from tests.cli.cli_helpers import run, run_json
 
 ROOT = Path(__file__).parents[2]
@@ -220,3 +221,54 @@ def test_bad_contact_of_a_robot_is_one_sentence(capsys, words, expected):
     code, out, err = run(capsys, *words)
     assert code == 2 and out == ""
     assert expected in err and "Traceback" not in err
+
+
+GANTRY = """<robot name="gantry"><link name="base"/>
+<link name="slide"><inertial><mass value="2"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="foot"><inertial><mass value="1"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="x" type="prismatic"><parent link="base"/><child link="slide"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="z" type="prismatic"><parent link="slide"/><child link="foot"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+
+
+def test_a_contact_that_no_friction_moves_along_its_normal_is_never_at_risk(capsys, tmp_path):
+    path = tmp_path / "gantry.urdf"
+    path.write_text(GANTRY)
+    call = ("robot", str(path), "--contact", "foot", "--poses", "5", "--mu", "3")
+    code, out, err = run(capsys, *call)
+    assert (code, err) == (0, "") and "nan" not in out
+    assert "a sliding contact has one answer here, whatever its friction" in out
+    assert "search over joint limits reached: inf" in out and "95 %: inf, inf, inf" in out
+    data = run_json(capsys, *call)
+    assert data["mu_P"] is None and data["least"]["mu_P"] is None and data["share_at_risk"] == 0
+    assert set(data["gradient"].values()) == {None}
+    page = tmp_path / "gantry.html"
+    assert run(capsys, *call, "--report", str(page))[0] == 0
+    assert "Whatever its friction" in page.read_text() and "nan" not in page.read_text()
+    code, _, err = run(capsys, *call, "--out", str(tmp_path / "gantry.png"))
+    assert code == 2 and "got none with a finite mu_P" in err
+
+
+def test_a_search_goes_past_poses_that_are_never_at_risk(tmp_path):
+    # The rails are tilted by up to 0.1 rad: level ones do not couple both directions.
+    link = "<link name='rail'><inertial><mass value='1'/>" + GANTRY.split('<mass value="2"/>')[1]
+    link = link.split("</link>")[0] + "</link>"
+    joint = """<joint name="tilt" type="revolute"><parent link="base"/><child link="rail"/>
+    <axis xyz="0 1 0"/><limit lower="0" upper="0.1" effort="1" velocity="1"/></joint>"""
+    text = GANTRY.replace('<parent link="base"/>', '<parent link="rail"/>')
+    text = text.replace('lower="-1" upper="1"', 'lower="-1e-9" upper="1e-9"')
+    path = tmp_path / "tilted.urdf"
+    path.write_text(text.replace("</robot>", f"{link}{joint}</robot>"))
+    foot = ps.robot(path).contact("foot")
+    still = np.zeros(2)
+    poses = {"tilt": np.array([0.0, 0.05]), "x": still, "z": still}
+    assert foot.thresholds(poses)[0] == math.inf
+    # W turned by 0.1 has the mobilities 1/kg along the rails' normal, 1/3 along them.
+    c, s = math.cos(0.1), math.sin(0.1)
+    wanted = (c**2 + s**2 / 3) / (c * s * (1 - 1 / 3))
+    least = foot.least(poses)
+    assert least.mu_P == pytest.approx(wanted, rel=1e-6)
+    assert least.joints["tilt"] == pytest.approx(0.1)
