@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from painleve_sym.errors import InputError
 from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, legend_below, styled
 from painleve_sym.quantities import text_label
 from painleve_sym.robots.trajectory import RiskTrajectory
@@ -16,13 +17,17 @@ _HEIGHT = 2.3
 def risk_trajectory_figure(motion: RiskTrajectory, width: float | None = None) -> Figure:
     """Return μ_P over time, with the friction coefficient; the width is in inches.
 
-    The time at risk, with μ_P below the friction coefficient, is shaded.
+    The time at risk, with μ_P below the friction coefficient, is shaded. InputError where μ_P is
+    finite nowhere.
     """
+    bounded = motion.mu_P[np.isfinite(motion.mu_P)]
+    if not len(bounded):
+        raise InputError("robot: the figure shows mu_P along the motion: got none that is finite.")
     wide = COLUMN if width is None else width
     figure = Figure(figsize=(wide, _HEIGHT * wide / COLUMN), layout="constrained")
     axes = figure.add_subplot()
     axes.plot(motion.t, motion.mu_P, color=PALETTE[0], label=r"$\mu_P$")
-    top = float(np.nanquantile(motion.mu_P, 0.95)) * 1.1
+    top = float(np.quantile(bounded, 0.95)) * 1.1
     if motion.mu is not None:
         axes.axhline(motion.mu, color=REFERENCE, label=r"$\mu$")
         at_risk = motion.mu_P < motion.mu

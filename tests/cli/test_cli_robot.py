@@ -250,6 +250,13 @@ def test_a_contact_that_no_friction_moves_along_its_normal_is_never_at_risk(caps
     assert "Whatever its friction" in page.read_text() and "nan" not in page.read_text()
     code, _, err = run(capsys, *call, "--out", str(tmp_path / "gantry.png"))
     assert code == 2 and "got none with a finite mu_P" in err
+    log = tmp_path / "log.csv"
+    log.write_text("t,x,z\n0,0,0\n1,0.1,0.2\n")
+    code, out, _ = run(capsys, *call, "--trajectory", str(log))
+    assert code == 0 and "share of time at risk: 0 %" in out
+    picture = ("--trajectory", str(log), "--out", str(tmp_path / "along.png"))
+    code, _, err = run(capsys, *call, *picture)
+    assert code == 2 and "along the motion: got none that is finite" in err
 
 
 def test_a_search_goes_past_poses_that_are_never_at_risk(tmp_path):
