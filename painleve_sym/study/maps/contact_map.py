@@ -98,17 +98,16 @@ class ContactMap:
         outline, over = self.mechanism.outline, self.place.over
         if self._in_space or not set(over) <= set(outline.state_names):
             return None
+        slips = case == LEGEND["slip"]
         # Where there is one solution, F_n has the sign of −B, and friction that of the slip for it.
-        function = _slip_accelerations(self._numbers)
         sides = np.where(B <= 0, 1, -1) if len(self._sides) > 1 else np.ones(B.shape)
-        values = {**grid, SIDE_OF_SLIP: self.slip * sides}
-        flat = {n: np.broadcast_to(v, B.shape).reshape(-1) for n, v in values.items()}
-        velocities = {v.row: v.name for v in outline.velocities}
-        rates = dict(zip(function.names, function.rows(flat), strict=True))
-        rates |= {row: flat[name] for row, name in velocities.items()}
-        rates[TIME_NAME] = np.ones(B.size)
-        flow = np.stack([rates[name].reshape(B.shape) for name in over])
-        return np.where(case == LEGEND["slip"], flow, np.nan)
+        values = {name: v[slips] for name, v in {**grid, SIDE_OF_SLIP: self.slip * sides}.items()}
+        rates = _slip_accelerations(self._numbers).at(values)
+        rates |= {v.row: values[v.name] for v in outline.velocities}
+        rates[TIME_NAME] = np.ones(int(slips.sum()))
+        flow = np.full((2, *B.shape), np.nan)
+        flow[:, slips] = [rates[name] for name in over]
+        return flow
 
     def closed_thresholds(self) -> dict[str, float]:
         """Return μ_P, and μ_C of the rods, where they have a closed form, as numbers.
