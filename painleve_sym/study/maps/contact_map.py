@@ -162,7 +162,7 @@ class ContactMap:
 
     def _row(self, side: int, row: int, first: Array, second: Array) -> Array:
         """Return A or B."""
-        return np.asarray(self._values(side, first, second)[row])
+        return np.asarray(self._evaluated(self._functions[side][0], first, second)[row])
 
     def _system(self, side: int, first: Array, second: Array) -> Array:
         """Return A, B and their derivatives along the axes, A's first."""
@@ -173,11 +173,15 @@ class ContactMap:
 
         A is that with normal forces of the sign `side`.
         """
+        return self._evaluated(self._functions[side][1], first, second)
+
+    def _evaluated(self, function: ca.Function, first: Array, second: Array) -> Array:
+        """Return a function of all arguments at points of the map."""
         values = self.place.at(first, second)
         values.setdefault(SLIP_DIRECTION, self.slip)
         columns = np.broadcast_arrays(*(np.asarray(values[n], float) for n in self._arguments))
         points = np.stack([column.reshape(-1) for column in columns], axis=1)
-        rows = at_points(self._functions[side], np.ascontiguousarray(points)).T
+        rows = at_points(function, np.ascontiguousarray(points)).T
         return rows.reshape(len(rows), *columns[0].shape)
 
     @property
@@ -185,8 +189,8 @@ class ContactMap:
         return (*self.mechanism.outline.argument_names, SLIP_DIRECTION)
 
     @cached_property
-    def _functions(self) -> dict[int, ca.Function]:
-        """A, B, their derivatives along the axes, and the margins, by all arguments."""
+    def _functions(self) -> dict[int, tuple[ca.Function, ca.Function]]:
+        """A and B by all arguments; both with their derivatives along the axes, and the margins."""
         import casadi as ca
 
         quantities = self._numbers.contact_quantities
@@ -199,7 +203,7 @@ class ContactMap:
         W_nt = [values[places[f"W_0_{k}"]] for k in range(1, 1 + len(direction))]
         coupling = sum((w * d for w, d in zip(W_nt, direction, strict=True)), ca.SX(0))
         margins = [values[k] for name, k in places.items() if name.startswith("margin_")]
-        functions = {}
+        functions: dict[int, Any] = {}
         for side in self._sides:
             A = values[places["W_0_0"]] - side * friction * coupling
             both = ca.vertcat(A, values[places["b_0"]])
@@ -213,7 +217,8 @@ class ContactMap:
                 change = -rates[[arguments.index(n) for n in self.place.over]] / rates[column]
                 along += ca.mtimes(slopes[:, column], change)
             parts = ca.densify(ca.vertcat(both, ca.vec(along.T), *margins))
-            functions[side] = ca.Function("map", [x], ca.cse([parts]))
+            pair = ca.densify(both), parts
+            functions[side] = tuple(ca.Function("map", [x], ca.cse([part])) for part in pair)
         return functions
 
 
