@@ -77,6 +77,13 @@ def at_points(function: ca.Function, points: Array) -> Array:
     return results
 
 
+def at_arrays(function: ca.Function, arrays: Sequence[Array]) -> Array:
+    """Return a function of one vector at arrays of one shape, shape (outputs, *that shape)."""
+    points = np.stack([array.reshape(-1) for array in arrays], axis=1)
+    rows = at_points(function, np.ascontiguousarray(points)).T
+    return rows.reshape(len(rows), *arrays[0].shape)
+
+
 # Batches ask for the same number of points again and again.
 @functools.lru_cache(maxsize=64)
 def _mapped(function: ca.Function, points: int) -> ca.Function:

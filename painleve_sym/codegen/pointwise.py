@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.evaluate import at_points, expression_function
+from painleve_sym.codegen.evaluate import at_arrays, expression_function
 from painleve_sym.errors import InputError
 
 
@@ -47,6 +47,4 @@ class Pointwise:
             raise InputError(
                 f"pointwise: {error}. Fix: give arrays of one shape, or numbers."
             ) from error
-        points = np.stack([array.reshape(-1) for array in arrays], axis=1)
-        rows = at_points(self._function, np.ascontiguousarray(points)).T
-        return rows.reshape(len(rows), *arrays[0].shape)
+        return at_arrays(self._function, arrays)

@@ -68,9 +68,9 @@ class Quantities:
         arrays = [np.ascontiguousarray(values[name], np.float64) for name in self.arguments]
         if self.compiled is not None:
             return self.compiled.at_points(arrays, len(arrays[0]))
-        from painleve_sym.codegen.evaluate import at_points
+        from painleve_sym.codegen.evaluate import at_arrays
 
-        return at_points(self.function, np.array(arrays).T.copy()).T
+        return at_arrays(self.function, arrays)
 
 
 def quantities(

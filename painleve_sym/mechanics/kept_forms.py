@@ -38,27 +38,27 @@ def kept(title: str, expr: sp.Expr, search: Callable[[sp.Expr], sp.Expr]) -> sp.
     """
     symbols = sorted(expr.free_symbols, key=str)
     try:
-        plain = to_plain(expr, symbols)
+        plain = expression_to_plain(expr, symbols)
     except _NotPlain:
         return search(expr)
     named = [[s.name, sorted(s.assumptions0.items())] for s in symbols]
     key = entry_name(title, json.dumps([named, plain]), by=("mechanics",))
     entry = read_entry(key, FORM)
     if entry is not None:
-        return of_plain(entry["form"], symbols)
+        return expression_of_plain(entry["form"], symbols)
     began = time.perf_counter()
     form = search(expr)
     if time.perf_counter() - began > LONG:
         try:
-            written = to_plain(form, symbols)
+            written = expression_to_plain(form, symbols)
         except _NotPlain:
             return form
-        if _same(of_plain(written, symbols), form):
+        if _same(expression_of_plain(written, symbols), form):
             write_entry(key, {"form": written}, FORM)
     return form
 
 
-def to_plain(expr: sp.Basic, symbols: list[sp.Symbol]) -> Any:
+def expression_to_plain(expr: sp.Basic, symbols: list[sp.Symbol]) -> Any:
     """Return an expression as lists, texts and integers; its symbols are numbers of the list.
 
     Raises
@@ -77,14 +77,14 @@ def to_plain(expr: sp.Basic, symbols: list[sp.Symbol]) -> Any:
         return ["Float", int(sign), hex(mantissa), int(exponent), int(bits), int(expr._prec)]
     name = type(expr).__name__
     if _HEADS.get(name) is type(expr):
-        return [name, *(to_plain(arg, symbols) for arg in expr.args)]
+        return [name, *(expression_to_plain(arg, symbols) for arg in expr.args)]
     if expr in _NAMES:
         return _NAMES[expr]
     raise _NotPlain
 
 
-def of_plain(plain: Any, symbols: list[sp.Symbol]) -> sp.Expr:
-    """Return the expression of `to_plain`, argument by argument; nothing in it is evaluated."""
+def expression_of_plain(plain: Any, symbols: list[sp.Symbol]) -> sp.Expr:
+    """Return the expression of plain data, argument by argument; nothing in it is evaluated."""
     if isinstance(plain, int):
         return symbols[plain]
     if isinstance(plain, str):
@@ -96,7 +96,7 @@ def of_plain(plain: Any, symbols: list[sp.Symbol]) -> sp.Expr:
         sign, mantissa, exponent, bits, precision = parts
         number = sign, int(mantissa, 16), exponent, bits
         return sp.Float(number, precision=precision)
-    return _HEADS[name](*(of_plain(part, symbols) for part in parts), evaluate=False)
+    return _HEADS[name](*(expression_of_plain(part, symbols) for part in parts), evaluate=False)
 
 
 def _same(first: sp.Basic, second: sp.Basic) -> bool:

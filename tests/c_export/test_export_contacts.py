@@ -13,6 +13,7 @@ from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.export import export_scenario
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
+from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.scenario import Scenario
 from tests.support.exports import address, library
 
@@ -150,6 +151,21 @@ def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
     c.rod_contact_coefficients(address(p), address(x), 0, ctypes.byref(numbers))
     mass = done.trajectory.parameters["m"]
     np.testing.assert_allclose(numbers.A[:], 1 / mass, rtol=1e-14)
+
+
+def test_cases_in_slip_follow_the_signs_also_where_they_are_zero(exported):
+    scenario, done = exported
+    c, contacts = library(done), scenario.mechanism().outline.contacts
+    words = {code: name for name, code in LEGEND.items()}
+    signs = (-1.0, 0.0, 1.0)
+    for A, pull, B, s in itertools.product(signs, signs, signs, (-1, 1)):
+        numbers = Coefficients()
+        numbers.A[s > 0], numbers.A[s < 0], numbers.B = A, pull, B
+        for i, contact in enumerate(contacts):
+            slopes = (A, pull)[: len(contact.sides)]
+            (wanted,) = case_codes([np.array([v]) for v in slopes], np.array([B]))
+            given = CASES[c.mine_case_in_slip(ctypes.byref(numbers), i, s)]
+            assert given.value == words[wanted], (A, pull, B, s)
 
 
 @pytest.mark.parametrize("load", [0.0, 1e-3])

@@ -10,7 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from painleve_sym.mechanics import kept_forms, simplify
-from painleve_sym.mechanics.kept_forms import _NotPlain, _same, kept, of_plain, to_plain
+from painleve_sym.mechanics.kept_forms import (
+    _NotPlain,
+    _same,
+    expression_of_plain,
+    expression_to_plain,
+    kept,
+)
 
 X, Y = sp.Symbol("x", real=True), sp.Symbol("y", positive=True)
 SYMBOLS = [X, Y]
@@ -31,8 +37,8 @@ def combined(parts):
 
 @given(st.recursive(st.sampled_from(ATOMS), combined, max_leaves=8))
 def test_plain_form_gives_the_same_expression_back(expr):
-    plain = json.loads(json.dumps(to_plain(expr, SYMBOLS)))
-    again = of_plain(plain, SYMBOLS)
+    plain = json.loads(json.dumps(expression_to_plain(expr, SYMBOLS)))
+    again = expression_of_plain(plain, SYMBOLS)
     assert _same(again, expr) and hash(again) == hash(expr)
     assert sp.srepr(again) == sp.srepr(expr)
 
@@ -40,12 +46,14 @@ def test_plain_form_gives_the_same_expression_back(expr):
 @pytest.mark.parametrize("expr", [sp.Dummy("x"), sp.Symbol("z"), sp.gamma(X), sp.oo, X > 0])
 def test_what_has_no_plain_form_is_refused(expr):
     with pytest.raises(_NotPlain):
-        to_plain(expr, SYMBOLS)
+        expression_to_plain(expr, SYMBOLS)
 
 
 def test_product_of_a_number_and_a_sum_stays_one():
     held = sp.Mul(2, X + Y, evaluate=False)
-    assert sp.srepr(of_plain(to_plain(held, SYMBOLS), SYMBOLS)) == sp.srepr(held)
+    assert sp.srepr(expression_of_plain(expression_to_plain(held, SYMBOLS), SYMBOLS)) == sp.srepr(
+        held
+    )
     assert held != 2 * X + 2 * Y
 
 

@@ -46,8 +46,8 @@ static void set_quantity(int i, double value) {
 }
 
 /* Writes the map of one contact over quantities a and b, for slips along s: of each point the case,
- * A in push, B and A in pull, four numbers, nan outside of the domain and where A + B is not finite.
- * b runs fastest. NULL without memory. */
+ * A in push, B and A in pull, four numbers, nan outside of the domain; the case also where A + B is
+ * not finite. b runs fastest. NULL without memory. */
 CALLED(contact_map)
 double *contact_map(int a, double a_0, double a_1, int n_a, int b, double b_0, double b_1, int n_b,
                     int contact, int s) {

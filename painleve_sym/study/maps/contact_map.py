@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.evaluate import at_points
+from painleve_sym.codegen.evaluate import at_arrays
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.closing import unknowns
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, argument_symbols
@@ -180,9 +180,7 @@ class ContactMap:
         values = self.place.at(first, second)
         values.setdefault(SLIP_DIRECTION, self.slip)
         columns = np.broadcast_arrays(*(np.asarray(values[n], float) for n in self._arguments))
-        points = np.stack([column.reshape(-1) for column in columns], axis=1)
-        rows = at_points(function, np.ascontiguousarray(points)).T
-        return rows.reshape(len(rows), *columns[0].shape)
+        return at_arrays(function, columns)
 
     @property
     def _arguments(self) -> tuple[str, ...]:
