@@ -9,6 +9,7 @@ from functools import lru_cache
 import sympy as sp
 from sympy.simplify.fu import TR10i
 
+from painleve_sym.mechanics.factors import factor_terms, factored
 from painleve_sym.mechanics.kept_forms import kept
 from painleve_sym.time_limit import within_time
 
@@ -65,10 +66,10 @@ def _readable(expr: sp.Expr) -> sp.Expr:
 def _written(expr: sp.Expr) -> sp.Expr:
     operations = sp.count_ops(expr)
     if operations > _OPERATIONS or _too_many_terms(expr, _TERMS):
-        return _cheapest((expr, _factor_terms(expr)))
+        return _cheapest((expr, factor_terms(expr)))
     whole = sp.cancel(sp.together(expr))
     if len(sp.Add.make_args(sp.fraction(whole)[0])) > _SEARCHED:
-        return _cheapest((expr, _factor_terms(expr), _factor_terms(whole)))
+        return _cheapest((expr, factor_terms(expr), factor_terms(whole)))
     candidates = [expr, _quotient(*sp.fraction(whole)), _termwise(*sp.fraction(whole))]
     candidates.append(_quotient(*sp.fraction(sp.cancel(candidates[-1]))))
     return _cheapest(candidates)
@@ -258,10 +259,6 @@ def _length(expr: sp.Expr) -> int:
     return len(str(expr))
 
 
-_factor = lru_cache(maxsize=2048)(sp.factor)
-_factor_terms = lru_cache(maxsize=2048)(sp.factor_terms)
-
-
 @lru_cache(maxsize=2048)
 def _shortest(expr: sp.Expr) -> sp.Expr:
     return expr if _is_monomial(expr) else _cheapest(_writings(expr))
@@ -289,8 +286,8 @@ def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
             forms.append(TR10i(whole))
     for form in dict.fromkeys(forms):
         yield form
-        yield _factor_terms(form)
-        yield _factor(form)
+        yield factor_terms(form)
+        yield factored(form)
         whole = sp.expand(form)
         for atom in sorted(form.atoms(sp.sin, sp.cos), key=str):
             yield from _gathered(whole, atom)
@@ -300,7 +297,13 @@ def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
 def _gathered(expanded: sp.Expr, atom: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """Gather powers of an atom; then atom·(…) + rest, with the bracket's common factor outside."""
     rest, inner = expanded.as_independent(atom, as_Add=True)
-    return sp.collect(expanded, atom), _factor_terms(inner) + _factor_terms(rest)
+    powers: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in sp.Add.make_args(inner):
+        factors = sp.Mul.make_args(term)
+        power = next((f for f in factors if f.as_base_exp()[0] == atom), sp.Integer(1))
+        powers.setdefault(power, []).append(term / power)
+    gathered = sp.Add(rest, *(power * sp.Add(*terms) for power, terms in powers.items()))
+    return gathered, factor_terms(inner) + factor_terms(rest)
 
 
 @lru_cache(maxsize=2048)
