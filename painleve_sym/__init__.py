@@ -54,9 +54,9 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.one_contact_answer import ContactAnswer as ContactAnswer
     from painleve_sym.contacts.one_contact_answer import Sector as Sector
     from painleve_sym.contacts.one_contact_answer import contact as contact
-    from painleve_sym.contacts.problem import ContactCase as ContactCase
     from painleve_sym.contacts.problem import ContactProblem as ContactProblem
-    from painleve_sym.contacts.problem import ContactSolution as ContactSolution
+    from painleve_sym.contacts.solution import ContactCase as ContactCase
+    from painleve_sym.contacts.solution import ContactSolution as ContactSolution
     from painleve_sym.contacts.spatial_problem import SpatialProblem as SpatialProblem
     from painleve_sym.contacts.spatial_problem import SpatialSolution as SpatialSolution
     from painleve_sym.errors import EventKind as EventKind
@@ -173,7 +173,8 @@ _NAMES = {
     "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
     "contacts.local_mode": ("ContactMode", "LocalMode"),
     "contacts.one_contact_answer": ("ContactAnswer", "Sector", "contact"),
-    "contacts.problem": ("ContactCase", "ContactProblem", "ContactSolution"),
+    "contacts.problem": ("ContactProblem",),
+    "contacts.solution": ("ContactCase", "ContactSolution"),
     "contacts.spatial_problem": ("SpatialProblem", "SpatialSolution"),
     "errors": (
         "EventKind",

@@ -9,7 +9,8 @@ import casadi as ca
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.problem import ROUNDING, ContactCase
+from painleve_sym.contacts.scaled_law import ROUNDING
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.engines.source import engine_texts
 from painleve_sym.mechanics.mechanism import Mechanism
 

@@ -19,7 +19,7 @@ from painleve_sym.cli.output import (
 from painleve_sym.cli.run import show_case
 from painleve_sym.contacts.classify import Classification, solution_name
 from painleve_sym.contacts.classify_in_space import SpatialClassification
-from painleve_sym.contacts.problem import ContactCase, ContactSolution
+from painleve_sym.contacts.solution import ContactCase, ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
 
 _CONTINUUM = "Forces that belong to a continuum of solutions: one of them is shown."

@@ -20,7 +20,7 @@ from painleve_sym.cli.options import (
     unit_for,
 )
 from painleve_sym.cli.output import assignments, deliver_map, number, quantity, show, show_table
-from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.axes import SLIP_DIRECTION
 from painleve_sym.study.maps.region_map import RegionMap, region_map

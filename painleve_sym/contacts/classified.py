@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
-from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution, case_of
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.notebooks import Shown

@@ -23,7 +23,8 @@ from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.inputs import place_of, refuse_outside, refuse_without_surface
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
-from painleve_sym.contacts.problem import ContactProblem, ContactSolution
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.solution import ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.mechanism import Mechanism, Place

@@ -36,6 +36,9 @@ from painleve_sym.contact_rows import ContactRows
 
 IntArray = npt.NDArray[np.intp]
 
+CONTACT_LIMIT = 6
+"""Most contacts whose local modes are all tried: 4**6 regular systems take a tenth of a second."""
+
 NORMAL, TANGENTIAL = 0, 1
 _AXES = ((1.0, 0.0), (0.0, 1.0))
 # Rejects only candidates that are certainly wrong; the residual of the others is checked later.
@@ -157,7 +160,7 @@ def slip(mu: float, direction: int, at_rest: bool, side: int = 1) -> LocalMode:
         The sign of F_n; -1 is possible for a bilateral contact only.
     """
     # Along F_n on both sides, so that the determinants of both orient alike.
-    size = _power_of_two(max(1.0, mu))
+    size = power_of_two(max(1.0, mu))
     way = (1.0 / size, -mu * direction * side / size)
     signs = ((TANGENTIAL, direction),) if at_rest and mu > 0 else ()
     cone = ((float(side), 0.0),)
@@ -166,7 +169,7 @@ def slip(mu: float, direction: int, at_rest: bool, side: int = 1) -> LocalMode:
 
 def stick(mu: float, side: int = 1) -> LocalMode:
     """Return ``a_n = a_t = 0, |F_t| <= mu |F_n|`` with the sign `side` of F_n, for mu > 0."""
-    size = max(_power_of_two(mu), _SMALLEST)
+    size = max(power_of_two(mu), _SMALLEST)
     edge = side * mu / size
     cone = ((edge, 1.0 / size), (edge, -1.0 / size))
     unit = (1.0, min(1.0, size))
@@ -204,35 +207,7 @@ def rounded_difference(a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
     return np.where(np.abs(value) <= _ROUNDING * (np.abs(first) + np.abs(second)), 0.0, value)
 
 
-def scale_contacts(
-    W: list[Vector], b: Vector, mu: Vector
-) -> tuple[list[Vector], Vector, Vector, Vector]:
-    """Scale n contacts to order one by powers of two, which rounds nothing.
-
-    Returns
-    -------
-    W : list of 2 n rows
-    b, mu : list of float
-        The scaled problem, of the same signs and local modes.
-    unit : list of 2 n float
-        Forces F' of the scaled problem are ``unit * F'`` of the given one.
-    """
-    pairs = ContactRows(len(mu)).each()
-    diagonal = [row[k] for k, row in enumerate(W)]
-    # ldexp(1, k // 2) is within a factor two of the root of a number near 2**k.
-    d = [math.ldexp(1.0, math.frexp(w)[1] // 2) if w > 0 else 1.0 for w in diagonal]
-    offset = list(map(operator.truediv, b, d))
-    largest = max(map(abs, offset))
-    size = 2 * _power_of_two(largest) if 0 < largest < math.inf else 1.0
-    return (
-        [[w / (e * f) for w, f in zip(row, d, strict=True)] for row, e in zip(W, d, strict=True)],
-        [v / size for v in offset],
-        [m * d[t] / d[n] for m, (n, t) in zip(mu, pairs, strict=True)],
-        [size / e for e in d],
-    )
-
-
-def _power_of_two(size: float) -> float:
+def power_of_two(size: float) -> float:
     """Return the largest power of two that is no larger than a positive number."""
     return math.ldexp(1.0, math.frexp(size)[1] - 1)
 

@@ -22,13 +22,13 @@ import numpy.typing as npt
 
 from painleve_sym.contacts.friction_set import Disc, Interval
 from painleve_sym.contacts.local_mode import rounded_difference
-from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.contacts.risk import (
     friction_threshold,
     least_over_normals,
     sector_half_angle,
     slip_direction,
 )
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite

@@ -42,167 +42,27 @@ for bilateral ones; Blumentals, Brogliato & Bertails-Descoubes (2016) for both.
 
 from __future__ import annotations
 
-import enum
 import math
-import operator
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.checks import INDEFINITE, SYMMETRY, checked_number, mobility_faults
+from painleve_sym.checks import checked_number, mobility_faults
 from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, LCPSolution, equilibrate
 from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, pivot
 from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
 from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.local_mode import (
-    ContactMode,
-    ModeProduct,
-    Vector,
-    local_modes,
-    rounded_difference,
-    scale_contacts,
-    slip_mode,
-)
-from painleve_sym.errors import InputError, received
+from painleve_sym.contacts.array_checks import finite_array, mobility_matrix_faults
+from painleve_sym.contacts.local_mode import CONTACT_LIMIT, rounded_difference
+from painleve_sym.contacts.scaled_law import ScaledLaw, sign_of
+from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
+from painleve_sym.errors import InputError
 
-CONTACT_LIMIT = 6
-"""Most contacts whose local modes are all tried: 4**6 regular systems take a tenth of a second."""
-
-ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
-SIGN = 1e-12  # of the terms of an acceleration: what may be missing to its right sign
-_ROUND_OFF = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
-_NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
-DISTINCT = 1e-8  # of the terms of every acceleration; nearer solutions are one, met in two modes
-_SAME_MOTION = 1e-9  # of the largest acceleration without forces
-_MANY_MODES = 4**CONTACT_LIMIT
-
-
-class ContactCase(enum.Enum):
-    """Name a contact problem by its solutions; `sentence` says what follows.
-
-    INCONSISTENT
-        None. One unilateral contact: A <= 0 and B < 0. One bilateral contact in slip:
-        mu |W_nt| > W_nn and s W_nt B < 0; only the tangential impact answers.
-    SLIP, LIFTOFF, STICK
-        One solution of one contact, by its mode. Of a unilateral contact in slip F_n = -B/A > 0
-        where A > 0 and B < 0, and F_n = 0 where A >= 0 and B > 0; also B = 0 with A != 0, where
-        a_n = 0.
-    UNIQUE
-        One solution of several contacts.
-    INDETERMINATE
-        Several. One unilateral contact in slip: F_n = 0 and F_n = -B/A where A < 0 and B > 0; any
-        F_n >= 0 where A = B = 0. One bilateral contact in slip: one for each sign of F_n where
-        mu |W_nt| > W_nn and s W_nt B > 0. At v_t = 0 up to three, or a ray of them. Several
-        contacts: several accelerations.
-    HYPERSTATIC
-        Several forces of several contacts, with the same accelerations.
-    """
-
-    SLIP = ("slip", "one solution, the contact slides on")
-    LIFTOFF = ("liftoff", "one solution, the contact opens")
-    STICK = ("stick", "one solution, the contact sticks")
-    INCONSISTENT = ("inconsistent", "no forces of a rigid contact are possible here")
-    INDETERMINATE = ("indeterminate", "several solutions, the rigid model does not choose")
-    UNIQUE = ("unique", "one solution")
-    HYPERSTATIC = ("hyperstatic", "one motion, but rigidity leaves its forces open")
-
-    sentence: str
-
-    def __new__(cls, label: str, sentence: str) -> ContactCase:
-        """Take the label as the value."""
-        member = object.__new__(cls)
-        member._value_ = label
-        member.sentence = sentence
-        return member
-
-
-@dataclass(frozen=True, eq=False)
-class ContactSolution:
-    """Hold one verified set of forces and accelerations; what a mode fixes at 0 is exactly 0.
-
-    Attributes
-    ----------
-    modes : tuple of ContactMode
-        What each contact does.
-    normal_forces, tangential_forces : ndarray, shape (n,)
-        F_n and F_t of each contact, in N. Read-only.
-    normal_accelerations, tangential_accelerations : ndarray, shape (n,)
-        a_n and a_t of each contact, in m/s². Read-only.
-    residual : float
-        `ContactProblem.residual` of the forces; dimensionless.
-    isolated : bool, or None
-        False where the forces belong to a segment, ray or wider set of solutions; None where more
-        local modes meet than are tried.
-
-    Examples
-    --------
-    >>> import painleve_sym as ps
-    >>> state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
-    >>> for solution in ps.classify("rod", state).solutions:
-    ...     print(solution.modes[0].value, solution.normal_forces.round(3).tolist())
-    liftoff [0.0]
-    slip_neg [332.992]
-    """
-
-    modes: tuple[ContactMode, ...]
-    normal_forces: FloatArray
-    tangential_forces: FloatArray
-    normal_accelerations: FloatArray
-    tangential_accelerations: FloatArray
-    residual: float
-    isolated: bool | None
-
-    def __repr__(self) -> str:
-        """Return modes and forces in one line."""
-        modes = ", ".join(mode.value for mode in self.modes)
-        F_n, F_t = (
-            ", ".join(f"{v:.6g}" for v in forces.tolist())
-            for forces in (self.normal_forces, self.tangential_forces)
-        )
-        return f"ContactSolution {modes}: F_n = {F_n} N, F_t = {F_t} N"
-
-    @property
-    def forces(self) -> FloatArray:
-        """Return F_n1, F_t1, F_n2, F_t2, ... in N, shape (2 n,)."""
-        return np.column_stack([self.normal_forces, self.tangential_forces]).ravel()
-
-    @property
-    def accelerations(self) -> FloatArray:
-        """Return a_n1, a_t1, a_n2, a_t2, ... in m/s², shape (2 n,)."""
-        return np.column_stack([self.normal_accelerations, self.tangential_accelerations]).ravel()
-
-    # ---- one contact ----
-
-    @property
-    def mode(self) -> ContactMode:
-        """Return what the only contact does."""
-        (mode,) = self.modes
-        return mode
-
-    @property
-    def normal_force(self) -> float:
-        """Return F_n of the only contact, in N."""
-        return float(self.normal_forces.item())
-
-    @property
-    def tangential_force(self) -> float:
-        """Return F_t of the only contact, in N."""
-        return float(self.tangential_forces.item())
-
-    @property
-    def normal_acceleration(self) -> float:
-        """Return a_n of the only contact, in m/s²."""
-        return float(self.normal_accelerations.item())
-
-    @property
-    def tangential_acceleration(self) -> float:
-        """Return a_t of the only contact, in m/s²."""
-        return float(self.tangential_accelerations.item())
+_STATED = "ContactProblem cannot be stated, "
 
 
 @dataclass(frozen=True, eq=False)
@@ -351,7 +211,7 @@ class ContactProblem:
     @cached_property
     def slip_directions(self) -> tuple[int, ...]:
         """Return the sign of each slip velocity: -1, 0 or +1."""
-        return tuple(map(_sign, self.slip_velocity.tolist()))
+        return tuple(map(sign_of, self.slip_velocity.tolist()))
 
     # ---- solutions ----
 
@@ -370,22 +230,7 @@ class ContactProblem:
             For more than `CONTACT_LIMIT` contacts. Fix: call `solve_lemke` for one solution.
         """
         self._refuse_many("solutions")
-        law, checked, wide = self._law, list[_Checked](), list[tuple[int, ...]]()
-        for point in law.product.points():
-            answer = law.check(point.forces, point.choice)
-            if answer is None:
-                continue
-            if point.wide:
-                wide.append(point.choice)
-            twin = law.twin(answer, checked)
-            if twin is None:
-                checked.append(answer)
-            elif answer.residual < checked[twin].residual:
-                checked[twin] = answer
-        return tuple(
-            law.solution(answer, not (wide and _any_holds(wide, law.possible(answer.forces))))
-            for answer in _ordered(checked)
-        )
+        return self._law.solutions()
 
     def solve_lemke(self, max_pivots: int | None = None) -> LemkeResult[ContactSolution]:
         """Find one consistent set of forces by Lemke's pivots, for any number of contacts.
@@ -412,10 +257,8 @@ class ContactProblem:
         status, z, pivots = pivot(scaled, limit, RESIDUAL_TOLERANCE)
         if z is None:
             return LemkeResult(status, None, pivots)
-        answer = self._law.check(((ways @ (unit * z)) / self._law.unit).tolist())
-        if answer is None:
-            return LemkeResult(LemkeStatus.NOT_VERIFIED, None, pivots)
-        return LemkeResult(status, self._law.solution(answer, self._isolated(answer)), pivots)
+        answer = self._law.solution_of(ways @ (unit * z))
+        return LemkeResult(status if answer else LemkeStatus.NOT_VERIFIED, answer, pivots)
 
     def residual(self, forces: npt.ArrayLike) -> float:
         """Measure how far forces are from the laws of the contacts, free of units.
@@ -454,7 +297,7 @@ class ContactProblem:
             )
         if not np.all(np.isfinite(point)):
             return math.inf
-        return self._law.residual((point / self._law.unit).tolist())
+        return self._law.residual(point)
 
     def uniqueness(self) -> Uniqueness:
         """Say beforehand what W, mu and the slip directions promise for every b.
@@ -561,8 +404,7 @@ class ContactProblem:
         InputError
             As for `forces_from`.
         """
-        answer = self._law.check((self.forces_from(solution) / self._law.unit).tolist())
-        return None if answer is None else self._law.solution(answer, self._isolated(answer))
+        return self._law.solution_of(self.forces_from(solution))
 
     @property
     def _rows(self) -> ContactRows:
@@ -713,447 +555,6 @@ class ContactProblem:
             )
 
     @cached_property
-    def _law(self) -> _ScaledLaw:
+    def _law(self) -> ScaledLaw:
         """Return the scaled problem with the local modes of its contacts."""
-        return _ScaledLaw(self)
-
-    def _isolated(self, point: _Checked) -> bool | None:
-        """Return whether no choice of local modes through these forces is wide.
-
-        None where too many choices meet.
-        """
-        law = self._law
-        possible = law.possible(point.forces)
-        if math.prod(map(sum, possible)) > _MANY_MODES:
-            return None
-        meeting = [
-            [mode for mode, flag in zip(given, flags, strict=True) if flag]
-            for given, flags in zip(law.modes, possible, strict=True)
-        ]
-        return not any(near.wide for near in ModeProduct(law.W, law.b, meeting).points())
-
-
-_STATED = "ContactProblem cannot be stated, "
-
-
-class _Checked(NamedTuple):
-    """2 n scaled forces that passed the check, with their modes and residual."""
-
-    forces: Vector
-    modes: tuple[ContactMode, ...]
-    residual: float
-
-    @property
-    def largest(self) -> float:
-        """Return the size of the largest force."""
-        return max(map(abs, self.forces))
-
-
-class _ScaledLaw:
-    """The problem scaled to order one by powers of two, and the check of its answers.
-
-    Forces here are those of the problem over `unit`, which rounds nothing. All is computed number
-    by number: for the few contacts that a problem has, calls of NumPy take ten times as long.
-
-    `given` are W and b of the problem, `directions` the signs of its slip velocities, `modes` the
-    local modes of its contacts and `product` all choices of them. `weights` make forces comparable:
-    the root of each mobility. `least` is the least normal force of each contact, at which it opens:
-    0, or -inf where it holds from both sides.
-    """
-
-    def __init__(self, problem: ContactProblem) -> None:
-        self.given: tuple[list[Vector], Vector] = problem.W.tolist(), problem.b.tolist()
-        self.directions = problem.slip_directions
-        self.W, self.b, self.mu, self.unit = scale_contacts(*self.given, problem.mu.tolist())
-        held = problem.bilateral.tolist()
-        self.least = [-math.inf if both else 0.0 for both in held]
-        self.modes = list(map(local_modes, self.mu, self.directions, held))
-        self.product = ModeProduct(self.W, self.b, self.modes)
-        self._pairs = self.product.pairs
-        self._normals = [n for n, _ in self._pairs]
-        self.weights = [math.sqrt(row[k]) for k, row in enumerate(self.W)]
-
-    def residual(self, forces: Vector) -> float:
-        """Measure forces; see `ContactProblem.residual`."""
-        return self._residual(forces, _accelerations(self.W, self.b, forces))
-
-    def _residual(self, forces: Vector, motion: tuple[Vector, Vector]) -> float:
-        """Measure forces whose accelerations are known, with the sizes of their terms."""
-        a, terms = motion
-        if not math.isfinite(sum(terms)):
-            return math.inf
-        share = list(map(ratio, a, terms))
-        weights = self._share(list(map(abs, forces)), terms, rows=self._normals)
-        residual = 0.0
-        for i, (weight, s) in enumerate(zip(weights, self.directions, strict=True)):
-            n, t = self._pairs[i]
-            normal, tangential, leaving, speeding = forces[n], forces[t], share[n], share[t]
-            held = abs(leaving)
-            if self.least[i] == 0:
-                held = max(weight if normal < 0 else min(weight, held), -leaving, 0.0)
-            limit = self.mu[i] * abs(normal)
-            span = abs(tangential) + limit
-            cone = ratio(abs(tangential) - limit, span)
-            way = s or _sign(speeding)
-            opposing = ratio(abs(tangential + way * limit), span)
-            if not s:
-                opposing = min(opposing, abs(speeding))
-            residual = max(residual, held, cone, opposing)
-        return residual
-
-    def check(self, forces: Vector, choice: tuple[int, ...] | None = None) -> _Checked | None:
-        """Return the forces with negligible parts removed, or None if they are not a solution.
-
-        Parameters
-        ----------
-        forces : list of 2 n float
-            Scaled.
-        choice : tuple of int, optional
-            The local modes they were computed for; without it they follow from the forces.
-        """
-        best: _Checked | None = None
-        moved: tuple[Vector, Vector] = [], []
-        for candidate in self._candidates(forces):
-            modes = self._modes(candidate, choice)
-            settled = self._settled(candidate, modes)
-            motion = _accelerations(self.W, self.b, settled)
-            measured = self._residual(settled, motion)
-            if best is None or measured < best.residual:
-                named = self._named(settled, modes, motion)
-                best = _Checked([force + 0.0 for force in settled], named, measured)  # no -0.0
-                moved = motion
-            if measured <= ROUNDING:
-                break
-        if best is None or best.residual > RESIDUAL_TOLERANCE or self._opposes(best, *moved):
-            return None
-        return best
-
-    def _opposes(self, point: _Checked, a: Vector, terms: Vector) -> bool:
-        """Return whether an open contact approaches, or friction drives a slip, beyond rounding.
-
-        Where large forces cancel, what is small beside its terms is not yet rounding.
-        """
-        for (n, t), mode, s, least in zip(
-            self._pairs, point.modes, self.directions, self.least, strict=True
-        ):
-            if point.forces[n] == least:
-                wrong, size = -a[n], terms[n]
-            elif s or mode is ContactMode.STICK:
-                continue
-            else:
-                wrong, size = a[t] * _sign(point.forces[t]), terms[t]
-            if wrong > SIGN * size:
-                return True
-        return False
-
-    def _candidates(self, forces: Vector) -> Iterator[Vector]:
-        """Yield the forces without what a solve may have left of zeros, and as they are.
-
-        Noise is what is small beside the largest force in comparable units, or whole contacts that
-        matter to no acceleration.
-        """
-        weighted = list(map(operator.mul, self.weights, map(abs, forces)))
-        noise = _ROUND_OFF * max(weighted)
-        if 0 < min(filter(None, weighted), default=0.0) <= noise:
-            pairs = zip(forces, weighted, strict=True)
-            yield [0.0 if 0 < value <= noise else force for force, value in pairs]
-        yield forces
-        terms = _accelerations(self.W, self.b, forces)[1]
-        share = self._share([abs(force) for force in forces], terms)
-        kept = list(forces)
-        for n, t in self._pairs:
-            if share[n] <= RESIDUAL_TOLERANCE and share[t] <= RESIDUAL_TOLERANCE:
-                kept[n] = kept[t] = 0.0
-        if kept != forces:
-            yield kept
-
-    def _modes(self, forces: Vector, choice: tuple[int, ...] | None) -> list[ContactMode]:
-        """Return the modes of a choice, or those that the forces show."""
-        if choice is not None:
-            return [given[j].mode for given, j in zip(self.modes, choice, strict=True)]
-        modes, a = [], _accelerations(self.W, self.b, forces)[0]
-        for i, s in enumerate(self.directions):
-            n, t = self._pairs[i]
-            normal, tangential = forces[n], forces[t]
-            inside = abs(tangential) < self.mu[i] * abs(normal) * (1 - 1e-9)
-            if normal == self.least[i]:
-                modes.append(ContactMode.LIFTOFF)
-            elif s or not inside:
-                modes.append(slip_mode(s or (-tangential if tangential else a[t])))
-            else:
-                modes.append(ContactMode.STICK)
-        return modes
-
-    def _settled(self, forces: Vector, modes: Sequence[ContactMode]) -> Vector:
-        """Return the forces with F_n >= 0 where a contact can open, and F_t within its cone.
-
-        Friction is on the edge of the cone exactly where the contact slips.
-        """
-        settled = list(forces)
-        for i, mode in enumerate(modes):
-            n, t = self._pairs[i]
-            normal, tangential = forces[n], forces[t]
-            if normal <= self.least[i]:
-                settled[n] = settled[t] = 0.0
-                continue
-            limit = self.mu[i] * abs(normal)
-            if mode is ContactMode.SLIP_POS:
-                tangential = -limit
-            elif mode is ContactMode.SLIP_NEG:
-                tangential = limit
-            settled[t] = min(max(tangential, -limit), limit)
-        return settled
-
-    def _named(
-        self, forces: Vector, modes: Sequence[ContactMode], motion: tuple[Vector, Vector]
-    ) -> tuple[ContactMode, ...]:
-        """Return the modes, borders by the convention of `ContactMode`."""
-        a, terms = motion
-        named = []
-        for i, (mode, s) in enumerate(zip(modes, self.directions, strict=True)):
-            n, t = self._pairs[i]
-            rate, size = a[t], terms[t]
-            word = mode
-            if forces[n] == self.least[i]:
-                word = ContactMode.LIFTOFF
-            elif not s and (mode is not ContactMode.STICK or abs(rate) > RESIDUAL_TOLERANCE * size):
-                # Without friction, or where F_n = 0, the acceleration alone tells the direction.
-                word = ContactMode.STICK if abs(rate) <= ROUNDING * size else slip_mode(rate)
-            named.append(word)
-        return tuple(named)
-
-    def twin(self, point: _Checked, known: Sequence[_Checked]) -> int | None:
-        """Return the position of the same forces among those known, or None."""
-        for k, other in enumerate(known):
-            near = _NEAR * max(point.largest, other.largest)
-            if all(
-                abs(p - q) <= near for p, q in zip(point.forces, other.forces, strict=True)
-            ) and self._same(point.forces, other.forces):
-                return k
-        return None
-
-    def _same(self, first: Vector, second: Vector) -> bool:
-        """Return whether the step between two forces is negligible for every acceleration."""
-        pairs = list(zip(first, second, strict=True))
-        size = [max(abs(p), abs(q)) for p, q in pairs]
-        # Where forces balance, every term of an acceleration may be rounding: noise is none.
-        noise = _ROUND_OFF * max(w * s for w, s in zip(self.weights, size, strict=True))
-        step = [
-            0.0 if w > 0 and w * abs(p - q) <= noise else abs(p - q)
-            for w, (p, q) in zip(self.weights, pairs, strict=True)
-        ]
-        terms = _accelerations(self.W, self.b, size)[1]
-        return all(share <= DISTINCT for share in self._share(step, terms, size))
-
-    def _share(
-        self,
-        part: Vector,
-        terms: Vector,
-        whole: Vector | None = None,
-        rows: Sequence[int] | None = None,
-    ) -> Vector:
-        """Return how much each part of the forces matters to any acceleration, by its terms.
-
-        With `rows` only of the forces there.
-        """
-        shares = []
-        pairs = list(zip(self.W, terms, strict=True))
-        for k in rows or range(len(part)):
-            value, share, moves = part[k], 0.0, False
-            for row, size in pairs:
-                w = row[k]
-                if w:
-                    moves = True
-                    if size > 0:
-                        own = abs(w) * value / size
-                        if own > share:
-                            share = own
-            if not moves and value > 0:  # where nothing moves, forces count by themselves
-                share = 1.0 if whole is None else value / whole[k]
-            shares.append(share)
-        return shares
-
-    def possible(self, forces: Vector) -> list[list[bool]]:
-        """Return for each contact which of its local modes hold these forces, borders included."""
-        a, terms = _accelerations(self.W, self.b, forces)
-        share = [ratio(value, size) for value, size in zip(a, terms, strict=True)]
-        rows = map(self.product.rows.of, range(len(self.mu)))
-        return [
-            [mode.holds(forces[pair], share[pair]) for mode in given]
-            for given, pair in zip(self.modes, rows, strict=True)
-        ]
-
-    def solution(self, point: _Checked, isolated: bool | None) -> ContactSolution:
-        """Return checked forces with their accelerations, in the units of the problem."""
-        forces = list(map(operator.mul, self.unit, point.forces))
-        a, terms = _accelerations(*self.given, forces)
-        a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
-        lift, stick, pairs = ContactMode.LIFTOFF, ContactMode.STICK, self._pairs
-        # What the mode fixes at 0 is exactly 0.
-        parted = [a[n] if m is lift else 0.0 for (n, _), m in zip(pairs, point.modes, strict=True)]
-        sliding = [
-            0.0 if m is stick else a[t] for (_, t), m in zip(pairs, point.modes, strict=True)
-        ]
-        given = [forces[n] for n, _ in pairs], [forces[t] for _, t in pairs]
-        numbers = np.array((*given, parted, sliding))
-        numbers.setflags(write=False)
-        normal, tangential, a_n, a_t = numbers
-        return ContactSolution(point.modes, normal, tangential, a_n, a_t, point.residual, isolated)
-
-
-class Verified(Protocol):
-    """A solution of contacts in the plane or in space."""
-
-    @property
-    def modes(self) -> tuple[ContactMode, ...]:
-        """The mode of each contact."""
-
-    @property
-    def isolated(self) -> bool | None:
-        """Whether the forces are a solution by themselves; None where that is not known."""
-
-    @property
-    def accelerations(self) -> FloatArray | tuple[FloatArray, ...]:
-        """Of all contacts."""
-
-
-def case_of(solutions: Sequence[Verified], b: FloatArray, plural: bool) -> ContactCase:
-    """Return the case by all solutions; b are the accelerations without forces.
-
-    With `plural` in the words for several contacts.
-    """
-    if not solutions:
-        return ContactCase.INCONSISTENT
-    if len(solutions) == 1 and solutions[0].isolated is not False:
-        return ContactCase.UNIQUE if plural else _CASES.get(solutions[0].modes[0], ContactCase.SLIP)
-    motions = [np.hstack(list(s.accelerations)) for s in solutions]
-    near = _SAME_MOTION * float(np.max(np.abs(b)))
-    same = plural and np.allclose(motions, motions[0], rtol=0, atol=near)
-    return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE
-
-
-_CASES = {ContactMode.LIFTOFF: ContactCase.LIFTOFF, ContactMode.STICK: ContactCase.STICK}
-
-
-def finite_array(value: object, name: str) -> tuple[FloatArray, str]:
-    """Return numbers as an array, and a sentence where they are not finite numbers."""
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        array = np.array(math.nan)
-    entries = array.ravel().tolist()
-    # A finite sum has finite terms; a sum of finite terms may overflow.
-    if math.isfinite(sum(entries)) or all(map(math.isfinite, entries)):
-        return array, ""
-    return array, (
-        f"{name}: got {received(value)}, need finite numbers. "
-        "Fix: check the state it was evaluated at."
-    )
-
-
-def mobility_matrix_faults(W: FloatArray, order: str) -> list[str]:
-    """Return a sentence where a mobility is not symmetric or indefinite; `order` names its rows."""
-    rows = W.tolist()
-    root = [math.sqrt(max(row[k], 0.0)) for k, row in enumerate(rows)]
-    scaled: list[Vector] = []  # the triangle up to the diagonal
-    for i, (row, r) in enumerate(zip(rows, root, strict=True)):
-        own: Vector = []
-        for j in range(i + 1):
-            w, v, bound = row[j], rows[j][i], r * root[j]
-            if abs(w - v) > SYMMETRY * bound or (bound == 0 and (w != 0 or v != 0)):
-                return [
-                    f"W: got {W!r}, need a symmetric matrix with rows of zeros where the "
-                    "diagonal is 0. Fix: compute it as J M^-1 J' with rows "
-                    f"{order} of J."
-                ]
-            own.append(w / bound if bound else 0.0)
-        scaled.append(own)
-    least = INDEFINITE * len(rows)
-    if _factorizes(scaled, least / 2):
-        return []
-    lower = np.zeros((len(rows), len(rows)))
-    for i, own in enumerate(scaled):
-        lower[i, : i + 1] = own
-    if np.min(np.linalg.eigvalsh(lower, UPLO="L")) >= -least:
-        return []
-    return [
-        f"W: got {W!r}, need a positive semidefinite matrix. "
-        "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
-    ]
-
-
-def _factorizes(matrix: list[Vector], shift: float) -> bool:
-    """Return whether a matrix plus `shift` times the identity has a Cholesky factor.
-
-    Then no eigenvalue of the matrix lies below -shift by more than rounding. Few numbers: the
-    eigenvalues themselves would take NumPy longer.
-
-    Parameters
-    ----------
-    matrix : list of rows
-        Symmetric, with a diagonal of ones and zeros; rows up to the diagonal.
-    shift : float
-    """
-    factor: list[Vector] = []
-    mul = operator.mul
-    for i, row in enumerate(matrix):
-        own: Vector = []
-        for j, other in enumerate(factor):
-            own.append((row[j] - sum(map(mul, own, other))) / other[j])
-        rest = row[i] + shift - sum(map(mul, own, own))
-        if not rest > 0:
-            return False
-        own.append(math.sqrt(rest))
-        factor.append(own)
-    return True
-
-
-def _ordered(points: list[_Checked]) -> list[_Checked]:
-    """Return the points by their normal forces, then by the tangential ones.
-
-    Forces that differ by rounding alone are equal here: it must not decide the order.
-    """
-    if len(points) < 2:
-        return points
-    at = ContactRows(len(points[0].modes))
-    forces = [(*p.forces[at.normals], *p.forces[at.tangentials]) for p in points]
-    ranks = [_levels(column) for column in zip(*forces, strict=True)]
-    return [points[k] for k in sorted(range(len(points)), key=lambda k: [r[k] for r in ranks])]
-
-
-def _levels(values: Sequence[float]) -> list[int]:
-    """Return the rank of each value, the same for values that differ by rounding alone."""
-    near = DISTINCT * max(map(abs, values))
-    ranks, level, last = [0] * len(values), 0, -math.inf
-    for k in sorted(range(len(values)), key=values.__getitem__):
-        level += values[k] - last > near
-        ranks[k], last = level, values[k]
-    return ranks
-
-
-def _accelerations(W: list[Vector], b: Vector, forces: Vector) -> tuple[Vector, Vector]:
-    """Return ``W F + b``, and the sum of the sizes of the terms of each entry."""
-    # Term by term, so that one contact has W_nn F_n + W_nt F_t + b_n literally.
-    rates, sizes = [], []
-    for row, free in zip(W, b, strict=True):
-        rate = size = 0.0
-        for term in map(operator.mul, row, forces):
-            rate += term
-            size += abs(term)
-        rates.append(rate + free)
-        sizes.append(size + abs(free))
-    return rates, sizes
-
-
-def ratio(part: float, whole: float) -> float:
-    """Return part / whole, 0 where there is nothing."""
-    return part / whole if whole > 0 else 0.0
-
-
-def _sign(value: float) -> int:
-    return (value > 0) - (value < 0)
-
-
-def _any_holds(choices: list[tuple[int, ...]], possible: Sequence[Sequence[bool]]) -> bool:
-    """Return whether one of the choices holds the forces that are possible in each contact."""
-    return any(all(held[j] for held, j in zip(possible, choice, strict=True)) for choice in choices)
+        return ScaledLaw(self.W, self.b, self.mu, self.slip_directions, self.bilateral)

@@ -31,22 +31,14 @@ import numpy.typing as npt
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
 from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.array_checks import finite_array, mobility_matrix_faults
 from painleve_sym.contacts.disc_at_rest import forces_at_rest
 from painleve_sym.contacts.friction_set import Disc, FrictionSet
 from painleve_sym.contacts.local_mode import ContactMode, Vector
-from painleve_sym.contacts.problem import (
-    DISTINCT,
-    ROUNDING,
-    SIGN,
-    ContactCase,
-    ContactProblem,
-    ContactSolution,
-    case_of,
-    finite_array,
-    mobility_matrix_faults,
-    ratio,
-)
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.resting_contacts import search, solve_one
+from painleve_sym.contacts.scaled_law import DISTINCT, ROUNDING, SIGN, ratio
+from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
 from painleve_sym.errors import InputError, received
 
 

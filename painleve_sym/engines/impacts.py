@@ -138,7 +138,7 @@ def _step(step: Any, n: int, size: int) -> Straight | AtOnce:
 
 @cache
 def _impact(contacts: int) -> Callable[..., int]:
-    parts = engine_texts("loop/rows", "loop/linear", "loop/impulse")
+    parts = engine_texts("loop/rows", "loop/linear", "loop/problem", "loop/impulse")
     impact: Any = compiled(_LIBRARY.format(contacts, "\n".join(parts))).ps_impact
     address = ctypes.c_void_p
     impact.argtypes = (*[address] * 5, ctypes.c_int, ctypes.c_double, *[address] * 4)

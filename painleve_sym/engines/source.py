@@ -24,6 +24,7 @@ ENGINE_PARTS = (
     "loop/watch",
     "loop/choose",
     "loop/linear",
+    "loop/problem",
     "loop/impulse",
     "loop/events",
     "loop/impact",

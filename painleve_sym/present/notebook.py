@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from painleve_sym.contacts.classify import Classification
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.impact.jump import JumpResult, in_each_direction
-from painleve_sym.contacts.problem import ContactSolution
+from painleve_sym.contacts.solution import ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape

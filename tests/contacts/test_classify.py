@@ -7,7 +7,7 @@ import painleve_sym as ps
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from tests.scenes import LADDER, standing_body

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from painleve_sym.complementarity import residual, solve_all
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
 from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import ContactCase, ContactProblem
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError
 from tests.support.one_contact import built, contacts, mode_analysis
 

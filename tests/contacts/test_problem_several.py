@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from painleve_sym.complementarity import LemkeStatus, residual, solve_all
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import CONTACT_LIMIT, ContactProblem
+from painleve_sym.contacts.local_mode import CONTACT_LIMIT, ContactMode
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
 from tests.complementarity.rational import among
 from tests.contacts.friction_oracle import (

@@ -15,7 +15,8 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify, solution_name
 from painleve_sym.contacts.guide import TANGENTIAL_IMPACT
 from painleve_sym.contacts.impact.tangential import tangential_impact
-from painleve_sym.contacts.problem import ContactCase, ContactProblem
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism

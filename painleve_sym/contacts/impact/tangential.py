@@ -13,7 +13,8 @@ from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import closed_contacts
 from painleve_sym.contacts.delassus import Delassus, argument_symbols
 from painleve_sym.contacts.inputs import inside, place_of
-from painleve_sym.contacts.problem import ContactCase, ContactProblem
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.units import Value

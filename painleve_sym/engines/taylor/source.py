@@ -82,7 +82,7 @@ def source(functions: AutomatonFunctions) -> str:
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
     first = engine_texts(
         *("loop/rows", "loop/state", "loop/watch", "loop/choose", "loop/linear"),
-        *("loop/impulse", "loop/events", "loop/impact", "runge_kutta/extremes"),
+        *("loop/problem", "loop/impulse", "loop/events", "loop/impact", "runge_kutta/extremes"),
     )
     last = engine_texts("loop/loop", "loop/batch")
     roots, along = engine_texts("taylor/roots", "taylor/along")

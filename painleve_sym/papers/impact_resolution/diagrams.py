@@ -12,7 +12,8 @@ import numpy as np
 from painleve_sym.complementarity import solve_lemke, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification
 from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.solution import ContactCase, ContactSolution
 from painleve_sym.papers.impact_resolution.claims import NUMBERS
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, checked, table

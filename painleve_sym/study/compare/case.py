@@ -17,7 +17,7 @@ from painleve_sym.contacts.classify import Classification
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
-from painleve_sym.contacts.problem import ContactSolution
+from painleve_sym.contacts.solution import ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law

@@ -19,7 +19,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.inputs import inside, place_of
-from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep

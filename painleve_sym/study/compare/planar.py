@@ -16,7 +16,7 @@ from painleve_sym.complementarity.lemke import solve_lemke
 from painleve_sym.complementarity.mpcc import solve_mpcc_all
 from painleve_sym.contacts.classify import planar_classification
 from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
-from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.rigid_contact import RigidLaw
