@@ -29,7 +29,7 @@ from painleve_sym.contacts.contact_states import (
 )
 from painleve_sym.contacts.guide import GuideInterface
 from painleve_sym.contacts.interfaces import ContactMotion, Interface, zero_factor
-from painleve_sym.contacts.model import CONTACT, MOTION, START, ContactModel
+from painleve_sym.contacts.model import CONTACT, MOTION, START
 from painleve_sym.contacts.rigid import RigidInterface
 from painleve_sym.contacts.tangential_spring import SpringInterface
 from painleve_sym.errors import EventKind, StopReason
@@ -44,25 +44,19 @@ from painleve_sym.hybrid.automaton import (
     TestRole,
     Transition,
 )
-from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.mechanics.contact_set import ContactSet
-from painleve_sym.mechanics.outline import ContactOutline
 
 _ZERO = sp.Integer(0)
 
 
-def interface_kinds(model: ContactModel) -> tuple[type[Interface], ...]:
-    """Return the kind of each contact of a mechanism with its law."""
-
-    def kind(contact: ContactOutline, law: Law) -> type[Interface]:
-        if contact.bilateral:
-            return GuideInterface
-        if not law.is_compliant:
-            return RigidInterface
-        yields = law.friction.tangential_stiffness is not None
-        return SpringInterface if yields else CompliantInterface
-
-    return tuple(map(kind, model.mechanism.outline.contacts, model.own_laws))
+INTERFACES: dict[ContactKind, type[Interface]] = {
+    ContactKind.GUIDE: GuideInterface,
+    ContactKind.RIGID: RigidInterface,
+    ContactKind.COMPLIANT: CompliantInterface,
+    ContactKind.SPRING: SpringInterface,
+}
+"""What a contact of each kind remembers and does."""
 
 
 @dataclass(frozen=True)
@@ -82,15 +76,9 @@ class PluralContacts(ContactStates):
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
         """The interface of each contact: its memory, local modes and transitions."""
-        kinds = interface_kinds(self.model)
-        target = CONTACT if any(kind.rigid for kind in kinds) else MOTION
-        given = zip(kinds, self.rows, self.model.own_laws, strict=True)
-        return tuple(kind(row, target, law) for kind, row, law in given)
-
-    @cached_property
-    def _guides(self) -> tuple[int, ...]:
-        """Indices of the contacts that hold from both sides."""
-        return tuple(i for i, row in enumerate(self.rows) if row.contact.bilateral)
+        target = CONTACT if self.model.rigid else MOTION
+        given = zip(self.rows, self.model.own_laws, strict=True)
+        return tuple(INTERFACES[law.kind](row, target, law) for row, law in given)
 
     # ---- forces ----
 
@@ -119,10 +107,10 @@ class PluralContacts(ContactStates):
             "resolved_acceleration": named("resolved_acceleration", size),
         }
 
-    @cached_property
+    @property
     def _unknown(self) -> tuple[int, ...]:
         """Indices of the contacts whose normal force follows from g̈_N = 0."""
-        return tuple(i for i, c in enumerate(self.interfaces) if c.rigid)
+        return self.model.rigid
 
     def _normals(self) -> list[sp.Symbol]:
         return list(self._symbols["F"])[self._at.normals]
@@ -388,7 +376,11 @@ class PluralContacts(ContactStates):
         """Return sets of contacts that hold, where all stick, what a guide holds."""
         at, n = self._at, len(self.rows)
         tangents = [at.tangent(i) for i in range(n)]
-        sets = (s for i in self._guides for s in self._spanning(tangents, at.normal(i)))
+        sets = (
+            s
+            for i in self.model.of_kind(ContactKind.GUIDE)
+            for s in self._spanning(tangents, at.normal(i))
+        )
         return [tuple(tangents.index(row) for row in rows) for rows in dict.fromkeys(sets)]
 
     def _spanning(self, rows: Sequence[int], target: int) -> list[tuple[int, ...]]:
@@ -442,12 +434,11 @@ class PluralContacts(ContactStates):
         """Impacts of the rigid contacts; None where there is none."""
         if not self._unknown:
             return None
-        guided = len(self._guides) == len(self.rows)
-        has_law = not guided and len(self.model.compliant) < len(self.rows)
+        has_law = self.model.of_kind(ContactKind.RIGID)
         own, given, rigid = self._symbols, self.contact_set, self.model.rigid_law
         return Impacts(
             rigid=self._unknown,
-            bilateral=self._guides,
+            bilateral=self.model.of_kind(ContactKind.GUIDE),
             contacts=tuple((r.gap, r.gap_rate, r.slip) for r in self.rows),
             velocities=tuple(self.mechanism.system.q_dot),
             works=(
@@ -465,7 +456,7 @@ class PluralContacts(ContactStates):
                 v for r in self.rows for v in (r.contact.gap_rate, r.contact.slip_velocity)
             ),
             restitution=rigid.restitution,
-            # Guides among compliant contacts: no law, and nothing approaches them.
+            # Guides alone, or among compliant contacts, have no law: nothing approaches them.
             coefficient=rigid.parameters[0].symbol if has_law else _ZERO,
             target=CONTACT,
         )

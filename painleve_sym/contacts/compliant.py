@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import ClassVar
 
 import sympy as sp
 
@@ -81,8 +80,6 @@ class CompliantInterface(Interface):
 
     The law is in symbols of its own where that of another contact has the same names.
     """
-
-    rigid: ClassVar[bool] = False
 
     law: ContactLaw
 

@@ -7,10 +7,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from painleve_sym.contacts.model import ContactModel
+from painleve_sym.laws.contact_kind import ContactKind
 
 if TYPE_CHECKING:
     from painleve_sym.contacts.contact_states import ContactStates
-    from painleve_sym.contacts.interfaces import Interface
     from painleve_sym.hybrid.automaton import HybridAutomaton
 
 
@@ -24,14 +24,13 @@ class ContactDerivation(ContactModel):
         # SymPy is imported by the builders alone.
         from painleve_sym.contacts import automaton, compliant, guide, rigid, tangential_spring
 
-        kind, *others = automaton.interface_kinds(self)
-        builders: dict[type[Interface], type[ContactStates]] = {
-            guide.GuideInterface: guide.BilateralContact,
-            rigid.RigidInterface: rigid.RigidContact,
-            compliant.CompliantInterface: compliant.CompliantContact,
-            tangential_spring.SpringInterface: tangential_spring.TangentialSpringContact,
+        builders: dict[ContactKind, type[ContactStates]] = {
+            ContactKind.GUIDE: guide.BilateralContact,
+            ContactKind.RIGID: rigid.RigidContact,
+            ContactKind.COMPLIANT: compliant.CompliantContact,
+            ContactKind.SPRING: tangential_spring.TangentialSpringContact,
         }
-        return automaton.PluralContacts(self) if others else builders[kind](self)
+        return automaton.PluralContacts(self) if self.several else builders[self.kinds[0]](self)
 
     @property
     def automaton(self) -> HybridAutomaton:

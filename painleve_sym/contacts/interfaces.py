@@ -10,7 +10,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
@@ -19,7 +18,7 @@ from painleve_sym.contacts.model import FLIGHT, INDENTED, MOTION, StateRow
 from painleve_sym.contacts.scales import Numbers, Terms, compliant_scales, rigid_scales
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import Alternative, Choice, Part, Test, TestRole, Transition
-from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.catalogue import OwnLaw
 from painleve_sym.laws.compliance import ramp
 from painleve_sym.mechanics.contact import Contact
 
@@ -106,12 +105,9 @@ class Interface(ABC):
     `target` is the mode that follows an event which its contact problem must answer.
     """
 
-    rigid: ClassVar[bool] = True
-    """Whether its normal force follows from g̈_N = 0, not from a law."""
-
     row: ContactRow
     target: str
-    law: Law
+    law: OwnLaw
 
     @property
     def name(self) -> str:
@@ -151,7 +147,7 @@ class Interface(ABC):
 
     @property
     def loading_curve(self) -> tuple[sp.Expr, sp.Expr] | None:
-        """K and n of K δⁿ where its law is one that yields, also of a guide with that law."""
+        """K and n of K δⁿ where its law is one that yields."""
         return (self.law.stiffness, self.law.exponent) if self.law.is_compliant else None
 
     def scales(self, numbers: Numbers, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr]:

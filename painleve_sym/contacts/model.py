@@ -6,14 +6,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+from painleve_sym.choices import Policy
 from painleve_sym.errors import InputError
-from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.laws.contact_kind import ContactKind
+from painleve_sym.laws.rigid_contact import GuideLaw, RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.outline import SIDES, ContactOutline
 
 if TYPE_CHECKING:
-    from painleve_sym.laws.catalogue import Law
+    from painleve_sym.laws.catalogue import Law, OwnLaw
     from painleve_sym.laws.contact_law import ContactLaw
 
 
@@ -90,20 +92,27 @@ class ContactModel:
 
     def __post_init__(self) -> None:
         _ = self.own_laws  # rejects names that the mechanism has, too
+        self._check_guides()
         if self.several:
             self._check_several()
-        elif self.is_guide and self.compliant:
-            raise InputError(
-                f"mechanism {self.mechanism.name!r} with law {self.laws[0].name!r}: its contact "
-                "holds from both sides, and a law only pushes. Fix: use the law rigid, or describe "
-                "the guide as two contacts."
-            )
         elif self.mechanism.locked:
             raise InputError(
                 f"mechanism {self.mechanism.name!r}: the mobility of its bilateral contact has "
                 "rank one: what holds the gap holds the slip, too. Fix: leave the contact out, or "
                 "let it open."
             )
+
+    def _check_guides(self) -> None:
+        """Raise InputError where a law yields, and all its contacts hold from both sides."""
+        pairs = zip(self.own_laws, self._given, strict=True)
+        followed = [given for own, given in pairs if own.kind is not ContactKind.GUIDE]
+        for law in self.laws:
+            if law.is_compliant and law not in followed:
+                raise InputError(
+                    f"mechanism {self.mechanism.name!r} with law {law.name!r}: its contact "
+                    "holds from both sides, and a law only pushes. Fix: use the law rigid, or "
+                    "describe the guide as two contacts."
+                )
 
     def _check_several(self) -> None:
         """Raise InputError where several contacts cannot follow their laws together."""
@@ -133,12 +142,21 @@ class ContactModel:
     @property
     def can_open(self) -> bool:
         """Whether the only contact is rigid and not a guide."""
-        return not (self.several or self.compliant or self.is_guide)
+        return self.kinds == (ContactKind.RIGID,)
 
-    @property
-    def is_guide(self) -> bool:
-        """Whether the only contact holds from both sides."""
-        return [c.bilateral for c in self.mechanism.outline.contacts] == [True]
+    @cached_property
+    def kinds(self) -> tuple[ContactKind, ...]:
+        """The kind of each contact."""
+        return tuple(law.kind for law in self.own_laws)
+
+    def of_kind(self, *kinds: ContactKind) -> tuple[int, ...]:
+        """Return the indices of the contacts of any of these kinds."""
+        return tuple(i for i, kind in enumerate(self.kinds) if kind in kinds)
+
+    @cached_property
+    def rigid(self) -> tuple[int, ...]:
+        """Indices of the contacts that do not yield: rigid ones and guides."""
+        return self.of_kind(ContactKind.RIGID, ContactKind.GUIDE)
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -150,17 +168,23 @@ class ContactModel:
         """Names of the states of each contact."""
         return tuple(map(StateRow.of, self.mechanism.outline.contacts, self.ends))
 
+    @property
+    def _given(self) -> tuple[Law, ...]:
+        """The law that was given for each contact."""
+        return self.laws if len(self.laws) > 1 else self.laws * len(self.mechanism.outline.contacts)
+
     @cached_property
-    def own_laws(self) -> tuple[Law, ...]:
-        """The law of each contact, in its own symbols."""
-        outline = self.mechanism.outline
-        if self.is_guide and not self.laws[0].is_compliant:
-            return (RigidLaw(policy=self.laws[0].policy),)
-        taken = [p.name for p in outline.parameters]
-        if len(self.laws) == 1:
-            return (self.laws[0].apart_from(taken),) * len(outline.contacts)
-        pairs = zip(self.laws, outline.contacts, strict=True)
-        return tuple(law.of_contact(c.name).apart_from(taken) for law, c in pairs)
+    def own_laws(self) -> tuple[OwnLaw, ...]:
+        """The law that each contact follows, in its own symbols."""
+        taken = [p.name for p in self.mechanism.outline.parameters]
+
+        def own(contact: ContactOutline, law: Law) -> OwnLaw:
+            if contact.bilateral:
+                return GuideLaw(Policy(self.rigid_law.policy))
+            by_contact = law if len(self.laws) == 1 else law.of_contact(contact.name)
+            return by_contact.apart_from(taken)
+
+        return tuple(map(own, self.mechanism.outline.contacts, self._given))
 
     @cached_property
     def compliant(self) -> dict[int, ContactLaw]:
@@ -169,9 +193,7 @@ class ContactModel:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the laws, each once; a guide alone has none."""
-        if self.is_guide:
-            return ()
+        """Parameters of the laws, each once; guides have none."""
         every = [p for law in self.own_laws for p in law.parameters]
         return tuple({p.name: p for p in every}.values())
 

@@ -9,7 +9,7 @@ from painleve_sym.choices import Friction, Policy, Reload, Restitution
 from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.laws.compliant_laws import COMPLIANT_LAWS
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.laws.rigid_contact import GuideLaw, RigidLaw
 
 LAWS = (*COMPLIANT_LAWS, RigidLaw.name)
 """Names that `law` knows."""
@@ -33,6 +33,8 @@ CHOICE_NOTES: Mapping[str, str] = {
 
 
 Law = ContactLaw | RigidLaw
+OwnLaw = Law | GuideLaw
+"""What one contact follows: a law that was given, or that of a guide."""
 LawLike = Law | str
 """A law or its name."""
 LawsLike = LawLike | Mapping[str, LawLike]
@@ -77,7 +79,7 @@ class LawsByContact(Mapping[str, Law]):
         return len(self._laws)
 
 
-def choices_by_contact(laws: Mapping[str, Law]) -> dict[str, str]:
+def choices_by_contact(laws: Mapping[str, OwnLaw]) -> dict[str, str]:
     """Return the named choices of laws by contact; one that differs has the contact behind it."""
     choices: dict[str, str] = {}
     for name in dict.fromkeys(k for own in laws.values() for k in own.choices):

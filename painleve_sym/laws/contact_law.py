@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from painleve_sym.choices import Friction, FrictionLike, Reload
 from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.declarations import Parameter, settings_text, with_defaults, with_fields
 from painleve_sym.mechanics.deferred import Deferred
@@ -95,6 +96,12 @@ class ContactLaw(Deferred):
             faults.append(unknown_name("symbol", str(symbol), map(str, known)))
         if faults:
             raise ModelError(f"contact law {self.name!r}", faults)
+
+    @property
+    def kind(self) -> ContactKind:
+        """Whether its friction yields, too."""
+        yields = self.friction.tangential_stiffness is not None
+        return ContactKind.SPRING if yields else ContactKind.COMPLIANT
 
     @cached_property
     def definition(self) -> str:

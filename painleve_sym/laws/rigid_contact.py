@@ -1,4 +1,4 @@
-"""The rigid contact as a law: restitution at impacts, a policy where several solutions exist."""
+"""Contacts that do not yield: rigid ones, with restitution at impacts, and guides."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike, chosen
 from painleve_sym.errors import InputError
+from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
@@ -57,6 +58,7 @@ class RigidLaw:
     title = "rigid contact: contact problem between impacts, Routh's construction at them"
     is_compliant: ClassVar[Literal[False]] = False
     """Whether the contact yields."""
+    kind: ClassVar[ContactKind] = ContactKind.RIGID
     branches: ClassVar[tuple[Branch, ...]] = ()
     """Branches of a force: none."""
     definitions: ClassVar[Mapping[Symbol, Expr]] = {}
@@ -112,3 +114,29 @@ class RigidLaw:
     def choices(self) -> Mapping[str, str]:
         """Restitution law and policy."""
         return {"restitution": str(self.restitution), "policy": str(self.policy)}
+
+
+@dataclass(frozen=True)
+class GuideLaw:
+    """A bilateral contact: it cannot open, pushes to either side and has no restitution.
+
+    Parameters
+    ----------
+    policy : Policy
+        Followed where there are several solutions, and its sides differ.
+    """
+
+    policy: Policy = Policy.LIFTOFF
+
+    name = "guide"
+    is_compliant: ClassVar[Literal[False]] = False
+    """Whether the contact yields."""
+    kind: ClassVar[ContactKind] = ContactKind.GUIDE
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    definitions: ClassVar[Mapping[Symbol, Expr]] = {}
+    """Abbreviations in the parameters: none."""
+
+    @property
+    def choices(self) -> Mapping[str, str]:
+        """The policy."""
+        return {"policy": str(self.policy)}

@@ -126,12 +126,9 @@ class MechanismWithLaws:
 
     @property
     def choices(self) -> dict[str, str]:
-        """Named choices of the laws; a guide alone has no restitution."""
+        """Named choices of the laws that contacts follow; guides have a policy alone."""
         names = (c.name for c in self.mechanism.outline.contacts)
-        choices = choices_by_contact(dict(zip(names, self.laws, strict=False)))
-        if all(c.bilateral for c in self.mechanism.outline.contacts):
-            choices.pop("restitution", None)
-        return choices
+        return choices_by_contact(dict(zip(names, self.contact.own_laws, strict=True)))
 
     @property
     def contact_law(self) -> ContactLaw:
@@ -160,11 +157,7 @@ class MechanismWithLaws:
     @cached_property
     def rigid(self) -> tuple[int, ...]:
         """Indices of the contacts that do not yield: rigid ones and guides."""
-        return tuple(
-            i
-            for i, contact in enumerate(self.mechanism.outline.contacts)
-            if contact.bilateral or i not in self.contact.compliant
-        )
+        return self.contact.rigid
 
     @property
     def start_events(self) -> bool:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.catalogue import Law, OwnLaw
 from painleve_sym.mechanics.materials import Material
 from painleve_sym.motion.records import EventRecord
 
@@ -37,7 +37,7 @@ class ContactSurface:
 def contact_surfaces(
     contacts: Sequence[str],
     laws: Sequence[Law],
-    own_laws: Sequence[Law],
+    own_laws: Sequence[OwnLaw],
     values: Mapping[str, float],
     materials: Sequence[Material] = (),
 ) -> tuple[ContactSurface, ...]:

@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.errors import StopReason
+from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import one_law
+from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
 from tests.scenes import parameter
@@ -28,6 +29,18 @@ def test_guide_beside_a_compliant_foot_keeps_its_gap_and_the_energy():
     assert run.stop_reason is StopReason.T_END
     assert run.final["y_A"] == 0 and run.final["y_A_dot"] == 0
     assert run.energy_residual < 1e-9
+
+
+def test_a_guide_follows_its_own_law_whatever_its_neighbour_follows():
+    block = _guided_block()
+    for laws in ({"A": one_law("rigid"), "B": one_law("linear")}, one_law("linear")):
+        simulator = Simulator(block, laws)
+        assert simulator.contact.kinds == (ContactKind.GUIDE, ContactKind.COMPLIANT)
+        assert simulator.choices["policy"] == "liftoff"
+        assert "restitution" not in simulator.choices
+        assert not [p.name for p in simulator.own_parameters if p.name.startswith("e")]
+    with pytest.raises(InputError, match="holds from both sides, and a law only pushes"):
+        Simulator(block, {"A": one_law("linear"), "B": one_law("rigid")})
 
 
 DIMENSIONS = {
@@ -65,7 +78,7 @@ HEAVILY_DAMPED = [
 def test_guide_beside_a_damped_foot_keeps_the_energy_in_all_units(state, own):
     """Guide and foot stick in a line: their friction against each other is hardly determined."""
     simulator = Simulator(_guided_block(), {"A": one_law("rigid"), "B": one_law("linear")})
-    own = own | {"beta": 0.2, "m": 1.0, "g": 9.8, "e_energetic": 0.0}
+    own = own | {"beta": 0.2, "m": 1.0, "g": 9.8}
     run = simulator.run(state, parameters=own, t_end=0.2)
     assert run.stop_reason is StopReason.T_END
     assert run.energy_residual < 1e-9
