@@ -21,13 +21,13 @@ SUMS = st.builds(lambda terms: sp.Add(*terms), st.lists(TERMS, max_size=4))
 PRODUCTS = st.builds(lambda one, other: sp.expand(one * other), SUMS, SUMS)
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(expr=st.one_of(SUMS, PRODUCTS))
 def test_common_factors_are_those_of_sympy(expr):
     assert sp.srepr(factor_terms(expr)) == sp.srepr(sp.factor_terms(expr))
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(expr=st.one_of(SUMS, PRODUCTS))
 def test_factors_are_those_of_sympy(expr):
     assert sp.srepr(factored(expr)) == sp.srepr(sp.factor(expr))
