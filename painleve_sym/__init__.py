@@ -129,11 +129,11 @@ if TYPE_CHECKING:
     from painleve_sym.progress import show_progress as show_progress
     from painleve_sym.references import Reference as Reference
     from painleve_sym.references import citation as citation
-    from painleve_sym.robots.robot import ContactRisk as ContactRisk
-    from painleve_sym.robots.robot import LeastRisk as LeastRisk
+    from painleve_sym.robots.contact_risk import ContactRisk as ContactRisk
+    from painleve_sym.robots.contact_risk import LeastRisk as LeastRisk
     from painleve_sym.robots.robot import Robot as Robot
-    from painleve_sym.robots.robot import RobotContact as RobotContact
     from painleve_sym.robots.robot import robot as robot
+    from painleve_sym.robots.robot_contact import RobotContact as RobotContact
     from painleve_sym.study.compare.comparison import Comparison as Comparison
     from painleve_sym.study.compare.comparison import compare as compare
     from painleve_sym.study.critical.bisection import Border as Border
@@ -223,7 +223,9 @@ _NAMES = {
     "papers.registry": ("Reproduction", "reproduce"),
     "progress": ("show_progress",),
     "references": ("Reference", "citation"),
-    "robots.robot": ("ContactRisk", "LeastRisk", "Robot", "RobotContact", "robot"),
+    "robots.contact_risk": ("ContactRisk", "LeastRisk"),
+    "robots.robot": ("Robot", "robot"),
+    "robots.robot_contact": ("RobotContact",),
     "study.compare.comparison": ("Comparison", "compare"),
     "study.critical.bisection": (
         "Border",

@@ -13,7 +13,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.escape import c_comment, c_name, c_string
 from painleve_sym.files import write_beside
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT
-from painleve_sym.robots.robot import RobotContact
+from painleve_sym.robots.robot_contact import RobotContact
 from painleve_sym.robots.tree import rotation_rpy
 from painleve_sym.version import __version__
 

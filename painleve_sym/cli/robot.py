@@ -23,9 +23,11 @@ from painleve_sym.cli.robot_options import file_options, place_options
 from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.errors import InputError
 from painleve_sym.robots.contact_mechanism import CAVEATS
+from painleve_sym.robots.contact_risk import LeastRisk
 from painleve_sym.robots.report import RiskReport, risk_report
-from painleve_sym.robots.robot import LeastRisk, Robot, RobotContact
+from painleve_sym.robots.robot import Robot
 from painleve_sym.robots.robot import robot as read
+from painleve_sym.robots.robot_contact import RobotContact
 from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
 
 SHOWN_GRADIENT = 8

@@ -9,7 +9,8 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.robots.contact_mechanism import CAVEATS
-from painleve_sym.robots.robot import POSES, ContactRisk, LeastRisk, RobotContact
+from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
+from painleve_sym.robots.robot_contact import POSES, RobotContact
 from painleve_sym.robots.tree import RobotTree
 
 

@@ -20,7 +20,7 @@ from painleve_sym.contacts.one_contact_answer import contact as contact_answer
 from painleve_sym.contacts.risk import friction_threshold
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import read_text
-from painleve_sym.robots.robot import RobotContact
+from painleve_sym.robots.robot_contact import RobotContact
 
 MAX_BYTES = 200_000_000
 TIME = "t"
