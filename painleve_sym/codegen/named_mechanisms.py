@@ -98,7 +98,14 @@ def _maker(name: str) -> Callable[[], Mechanism]:
 
 @functools.lru_cache(maxsize=256)
 def _named(name: str) -> Mechanism:
-    make = _maker(name)
+    return described(name, _maker(name))
+
+
+def described(name: str, make: Callable[[], Mechanism]) -> Mechanism:
+    """Return a mechanism of the package as the cache describes it; its formulas are made later.
+
+    `make`, a function of the folders `MECHANISM`, makes all of it, and the name distinguishes it.
+    """
     key = entry_key(f"mechanism {name}", by=MECHANISM)
     entry = read_entry(key) if key else None
     if entry is not None:

@@ -109,7 +109,7 @@ class FitProblem:
     @cached_property
     def _declared(self) -> dict[str, Parameter]:
         sim = self.simulator
-        return {p.name: p for p in (*sim.mechanism.system.parameters, *sim.own_parameters)}
+        return {p.name: p for p in (*sim.mechanism.outline.parameters, *sim.own_parameters)}
 
     # ---- the model ----
 

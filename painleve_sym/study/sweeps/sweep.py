@@ -225,7 +225,7 @@ class Sweep:
             for unknown in unknowns(self.mechanism, scenario.close) if scenario.close else ():
                 if unknown.name in self.space.names:
                     raise InputError(f"{unknown.name} is varied. Fix: name another coordinate.")
-        declared = {p.name: p for p in self.mechanism.system.parameters} | own
+        declared = {p.name: p for p in self.mechanism.outline.parameters} | own
         known = (*self.mechanism.state_names, *declared, "initial_force")
         given = {*(scenario.state or {}), *scenario.parameters, *scenario.law_parameters}
         given |= {"initial_force"} if scenario.initial_force is not None else set()
@@ -311,7 +311,7 @@ class Sweep:
 
     def _case(self, inputs: Mapping[str, Any], n: int) -> NDArray[np.int8]:
         mechanism = self.mechanism
-        if len(mechanism.contacts) > 1:
+        if len(mechanism.outline.contacts) > 1:
             raise InputError(
                 f"{self.scenario.where}: keep: case needs one contact. "
                 "Fix: leave it out, or name one contact."
