@@ -24,7 +24,6 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.mechanics.toml.lines import toml_lines
-from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.batch.machine import check_memory, row_bytes
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
 from painleve_sym.motion.batch.result import BatchResult, event_dims
@@ -113,6 +112,8 @@ class Sweep:
                 mechanism_text = read_text(name, f"{where}: model {name}", MAX_FILE)
             if mechanism_text is None:
                 return model(name)
+            from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+
             return mechanism_from_text(mechanism_text, name, Path(name).stem)
 
         scenario = Scenario.described(faults, data, OWN_KEYS, mechanism)
