@@ -15,7 +15,10 @@ from painleve_sym.mechanics.models import COUNTS, NAMED
 from painleve_sym.mechanics.outline import MechanismOutline
 from painleve_sym.units import Value
 
-_TEXTS = ("name", "title", "source", "sketch", "start", "definition", "locked")
+_TEXTS = (
+    *("name", "title", "source", "sketch", "start", "locked"),
+    *("definition", "drawing_definition"),
+)
 
 ROBOT_FILES = (".urdf", ".xml", ".mjcf")
 """Suffixes of files of robots, whose contacts are mechanisms."""
