@@ -76,6 +76,15 @@ def cold(tmp_path_factory):
     return folder
 
 
+def test_modules_of_commands_that_the_cache_serves_do_not_load_sympy():
+    commands = ("classify", "critical", "explore", "export", "map", "run", "sweep")
+    modules = [f"painleve_sym.cli.{name}" for name in commands]
+    modules += [f"painleve_sym.explorer.{name}" for name in ("exact_start", "source", "wasm")]
+    process(
+        "import sys, " + ", ".join(modules) + "; assert not {'sympy', 'scipy'} & {*sys.modules}"
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_second_time_a_command_imports_nothing_heavy_and_prints_the_same(name, cold):
