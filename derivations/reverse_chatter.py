@@ -5,8 +5,9 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step, cited
-from painleve_sym.laws.chatter import KAPPA, TAU, chatter_ratio, general_contact
+from painleve_sym.laws.chatter import TAU, chatter_ratio
 from painleve_sym.laws.restitution import energetic, poisson
+from painleve_sym.mechanics.general_contact import KAPPA, general_contact
 from painleve_sym.mechanics.simplify import readable
 
 CONTACT = general_contact().coefficients

@@ -219,7 +219,7 @@ def _code_files(folder: str) -> list[str]:
     while folders:
         with os.scandir(folders.pop()) as entries:
             for entry in entries:
-                if entry.name.endswith((".py", ".c")):
+                if entry.name.endswith((".py", ".c", ".h")):
                     files.append(entry.path)
                 elif entry.is_dir() and entry.name != "__pycache__":
                     folders.append(entry.path)

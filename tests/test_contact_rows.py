@@ -7,7 +7,7 @@ import pytest
 
 from painleve_sym.codegen.compile import load
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.engines.source import engine_texts
+from painleve_sym.engines.c_texts import engine_texts
 
 
 @pytest.mark.parametrize("n_contacts", [1, 3])

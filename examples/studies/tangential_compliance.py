@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import painleve_sym as ps
-from painleve_sym.laws.chatter import general_contact
+from painleve_sym.mechanics.general_contact import general_contact
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, save, styled
 
 DEFAULT = Path(__file__).parents[2] / "docs" / "figures" / "tangential-compliance"

@@ -11,7 +11,7 @@ from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.scaled_law import ROUNDING
 from painleve_sym.contacts.solution import ContactCase
-from painleve_sym.engines.source import engine_texts
+from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.mechanics.mechanism import Mechanism
 
 _OF_SEVERAL = (ContactCase.UNIQUE, ContactCase.HYPERSTATIC)
@@ -24,16 +24,17 @@ _EACH = ("slip_velocity", "A_stick", "B_stick")
 def contact_values(mechanism: Mechanism) -> dict[str, Any]:
     """Return what the template ``contact.c`` says of a mechanism, besides names of states."""
     function = _function(mechanism)
-    names = [p.name for p in mechanism.system.parameters]
-    friction = [names.index(c.friction.name) for c in mechanism.contacts]
+    outline = mechanism.outline
+    names = [p.name for p in outline.parameters]
+    friction = [names.index(c.friction) for c in outline.contacts]
     return {
         "rows": engine_texts("loop/rows")[0],
         "functions": c_functions([function]),
         "work": 1 + function.sz_w(),
-        "motion": len(mechanism.motion),
+        "motion": len(outline.state_names),
         "own": len(names),
         "friction": ", ".join(map(str, friction)),
-        "sides": ", ".join(str(len(c.sides)) for c in mechanism.outline.contacts),
+        "sides": ", ".join(str(len(c.sides)) for c in outline.contacts),
         "rounding": repr(ROUNDING),
     }
 
@@ -41,7 +42,7 @@ def contact_values(mechanism: Mechanism) -> dict[str, Any]:
 def _function(mechanism: Mechanism) -> ca.Function:
     """Return W row by row, b, and slip velocity, A′ and B′ of each contact as one function."""
     numbers = Delassus.of(mechanism).contact_quantities
-    x, n = ca.SX.sym("x", len(numbers.arguments)), len(mechanism.contacts)
+    x, n = ca.SX.sym("x", len(numbers.arguments)), len(mechanism.outline.contacts)
     values = dict(zip(numbers.names, ca.vertsplit(numbers.function(x)), strict=True))
     rows = range(ContactRows(n).size)
     names = [f"W_{r}_{c}" for r in rows for c in rows] + [f"b_{r}" for r in rows]

@@ -13,14 +13,12 @@ from painleve_sym.arrays import Array
 from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
-from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.compiled import CompiledEngine, EngineCode
 from painleve_sym.engines.protocol import DEFAULT_RTOL, ENGINE_REASONS, RunOptions
-from painleve_sym.engines.source import source
 from painleve_sym.engines.taylor.runner import TaylorEngine
-from painleve_sym.engines.taylor.source import source as taylor_source
 from painleve_sym.escape import c_comment, c_name, c_string, markdown_text, one_line
 from painleve_sym.hybrid.signature import Outline
-from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
@@ -51,9 +49,15 @@ class MotionCode:
     compiler: Compiler
 
     @cached_property
+    def code(self) -> EngineCode:
+        """The C of the engine, from the cache where it is there, and the automaton's outline."""
+        kind = TaylorEngine if self.engine_name == TaylorEngine.name else CompiledEngine
+        return kind.code_of(self.simulator.contact)
+
+    @property
     def outline(self) -> Outline:
         """Names and structure of the automaton."""
-        return Outline.of(self.simulator.automaton)
+        return self.code.outline
 
     @property
     def motion_count(self) -> int:
@@ -63,25 +67,22 @@ class MotionCode:
     @cached_property
     def declared(self) -> dict[str, Parameter]:
         """Parameters of mechanism and law by name."""
-        system = self.simulator.mechanism.system
-        return {p.name: p for p in (*system.parameters, *self.simulator.own_parameters)}
+        own = self.simulator.mechanism.outline.parameters
+        return {p.name: p for p in (*own, *self.simulator.own_parameters)}
 
     @cached_property
     def states(self) -> dict[str, str]:
         """Meaning and unit of every state by name, in order."""
-        known = {}
-        for c in self.simulator.mechanism.system.coordinates:
+        known = {TIME_NAME: meaning_and_unit("s", "time of what moves as prescribed")}
+        for c in self.simulator.mechanism.outline.coordinates:
             known[c.name] = meaning_and_unit(c.unit, c.meaning)
             known[f"{c.name}_dot"] = meaning_and_unit(f"{c.unit}/s", f"rate of {c.name}")
-        for clock in self.simulator.mechanism.system.clock:
-            known[clock.name] = meaning_and_unit("s", "time of what moves as prescribed")
         return {n: known.get(n) or described(n) for n in self.outline.state_names}
 
-    @cached_property
+    @property
     def engine(self) -> str:
         """The functions of the automaton and the event loop, in C; no name of the export."""
-        write = taylor_source if self.engine_name == TaylorEngine.name else source
-        return write(AutomatonFunctions(self.simulator.automaton))
+        return self.code.text
 
     @property
     def subject(self) -> str:
@@ -187,12 +188,12 @@ def _header(case: MotionCode) -> str:
         "events": case.outline.kinds,
         "stops": ENGINE_REASONS,
         "motion": case.simulator.mechanism.state_names,
-        "contacts": mechanism.contacts,
+        "contacts": mechanism.outline.contacts,
         "cases": CASES,
     }
     defined = ", ".join(outline.definition_names) or "here nothing more"
     about = [mechanism.title, *([f"Source: {mechanism.source}"] if mechanism.source else [])]
-    about += [f"Domain: {b.margin} > 0 ({b.meaning})." for b in mechanism.domain]
+    about += [f"Domain: {b.margin} > 0 ({b.meaning})." for b in mechanism.outline.domain]
     values = case.shared | {f"{k}_count": len(v) for k, v in counts.items()}
     return filled(
         "model.h",
@@ -375,7 +376,7 @@ def _names(case: MotionCode, outline: Outline, modes: Sequence[str]) -> str:
         "output_names[%s_OUTPUTS]": outline.output_names,
         "event_names[%s_EVENTS]": case.outline.kinds,
         "stop_names[%s_STOPS]": [r.label for r in ENGINE_REASONS],
-        "contact_names[%s_CONTACTS]": [c.name for c in case.simulator.mechanism.contacts],
+        "contact_names[%s_CONTACTS]": [c.name for c in case.simulator.mechanism.outline.contacts],
         "case_names[%s_CASES]": [c.value for c in CASES],
     }
     lines = []

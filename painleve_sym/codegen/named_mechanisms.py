@@ -15,7 +15,10 @@ from painleve_sym.mechanics.models import COUNTS, NAMED
 from painleve_sym.mechanics.outline import MechanismOutline
 from painleve_sym.units import Value
 
-_TEXTS = ("name", "title", "source", "sketch", "start", "definition", "locked")
+_TEXTS = (
+    *("name", "title", "source", "sketch", "start", "locked"),
+    *("definition", "drawing_definition"),
+)
 
 ROBOT_FILES = (".urdf", ".xml", ".mjcf")
 """Suffixes of files of robots, whose contacts are mechanisms."""
@@ -98,7 +101,14 @@ def _maker(name: str) -> Callable[[], Mechanism]:
 
 @functools.lru_cache(maxsize=256)
 def _named(name: str) -> Mechanism:
-    make = _maker(name)
+    return described(name, _maker(name))
+
+
+def described(name: str, make: Callable[[], Mechanism]) -> Mechanism:
+    """Return a mechanism of the package as the cache describes it; its formulas are made later.
+
+    `make`, a function of the folders `MECHANISM`, makes all of it, and the name distinguishes it.
+    """
     key = entry_key(f"mechanism {name}", by=MECHANISM)
     entry = read_entry(key) if key else None
     if entry is not None:

@@ -40,9 +40,9 @@ from painleve_sym.hybrid.automaton import (
     Transition,
     positive,
 )
-from painleve_sym.laws.chatter import general_contact
 from painleve_sym.laws.compliance import Branch
 from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.general_contact import general_contact
 
 SLIP, STICK = "slip", "stick"
 IMPULSES = ("normal_impulse", "tangential_impulse_1", "tangential_impulse_2")

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -73,6 +73,13 @@ def _options_structure(nx: int, kinds: int) -> type[Any]:
     return Options
 
 
+class EngineCode(NamedTuple):
+    """The C of an engine, and the outline of the automaton that it runs."""
+
+    text: str
+    outline: Outline
+
+
 class CompiledEngine:
     """Runge–Kutta 8(5,3) with located events, wholly in compiled code.
 
@@ -105,44 +112,64 @@ class CompiledEngine:
         """Return the engine of what `builder` derives, from the cache where it was derived before.
 
         A builder is known again by its definition (`definition_text`); where the cache has what it
-        led to, nothing is derived, and the engine knows the automaton's outline alone. That an
-        automaton has no Taylor series is remembered as well.
+        led to, nothing is derived, and the engine knows the automaton's outline alone. NoRecurrence
+        as for `code_of`.
         """
         mark = compiler_mark()
         key = entry_key(f"engine {cls.name}\n{mark}", builder, by=ENGINE) if mark else None
         engine = cls.__new__(cls)
         entry = read_entry(key) if key else None
-        if entry and "no_recurrence" in entry:
-            raise NoRecurrence(entry["no_recurrence"])
         library = library_named(entry["library"]) if entry else None
         if entry and library:
             engine._open(
                 of_plain(Outline, entry["outline"]), library, partial(cls._lanes_of, builder)
             )
             return engine
-
-        def derived() -> tuple[HybridAutomaton, str]:
-            from painleve_sym.codegen.modes import AutomatonFunctions
-
-            automaton = builder.automaton
-            return automaton, cls._source(AutomatonFunctions(automaton))
-
-        try:
-            with progress(f"deriving {builder.title}"):
-                automaton, text = within_time("automaton", derived)
-        except NoRecurrence as error:
-            if key:
-                write_entry(key, {"no_recurrence": str(error)})
-            raise
+        code = cls.code_of(builder)
         with progress(f"compiling {builder.title}"):
-            library = compiled_library(cls._alone(text))
-        engine._open(Outline.of(automaton), library, partial(cls._lanes_of, builder, text))
+            library = compiled_library(cls._alone(code.text))
+        engine._open(code.outline, library, partial(cls._lanes_of, builder, code))
         if key:
             write_entry(key, {"library": library.name, "outline": to_plain(engine.outline)})
         return engine
 
     @classmethod
-    def _lanes_of(cls, builder: AutomatonBuilder, text: str | None = None) -> Path:
+    def code_of(cls, builder: AutomatonBuilder) -> EngineCode:
+        """Return the C of what `builder` derives, from the cache where it was derived before.
+
+        It depends on no compiler. That an automaton has no Taylor series is remembered as well.
+
+        Raises
+        ------
+        NoRecurrence
+            There is no Taylor series.
+        """
+        key = entry_key(f"C of engine {cls.name}", builder, by=ENGINE)
+        entry = read_entry(key) if key else None
+        if entry and "no_recurrence" in entry:
+            raise NoRecurrence(entry["no_recurrence"])
+        if entry:
+            return EngineCode(entry["text"], of_plain(Outline, entry["outline"]))
+
+        def derived() -> EngineCode:
+            from painleve_sym.codegen.modes import AutomatonFunctions
+
+            automaton = builder.automaton
+            return EngineCode(cls._source(AutomatonFunctions(automaton)), Outline.of(automaton))
+
+        try:
+            with progress(f"deriving {builder.title}"):
+                code = within_time("automaton", derived)
+        except NoRecurrence as error:
+            if key:
+                write_entry(key, {"no_recurrence": str(error)})
+            raise
+        if key:
+            write_entry(key, {"text": code.text, "outline": to_plain(code.outline)})
+        return code
+
+    @classmethod
+    def _lanes_of(cls, builder: AutomatonBuilder, code: EngineCode | None = None) -> Path:
         """Return the library with lanes of what `builder` derives, from the cache where it is."""
         mark = compiler_mark()
         title = f"lanes of engine {cls.name}\n{mark}"
@@ -150,11 +177,9 @@ class CompiledEngine:
         entry = read_entry(key) if key else None
         library = library_named(entry["library"]) if entry else None
         if library is None:
-            from painleve_sym.codegen.modes import AutomatonFunctions
-
+            code = code or cls.code_of(builder)
             with progress(f"compiling {builder.title} for batches"):
-                text = text or cls._source(AutomatonFunctions(builder.automaton))
-                library = compiled_library(text)
+                library = compiled_library(code.text)
             if key:
                 write_entry(key, {"library": library.name})
         return library

@@ -26,8 +26,8 @@ from painleve_sym.contacts.impact.simultaneous import (
     SimultaneousImpact,
     Straight,
 )
+from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.engines.listening import listening
-from painleve_sym.engines.source import engine_texts
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.restitution import RESTITUTIONS
 

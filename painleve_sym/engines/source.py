@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from importlib import resources
 
 import casadi as ca
 
 from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.contacts.model import ENERGIES, LOSSES
+from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import dop853
@@ -41,12 +41,6 @@ ENGINE_PARTS = (
 def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: everything the event loop needs for this automaton."""
     return assemble(functions, (), _coefficients(), engine_texts(*ENGINE_PARTS))
-
-
-def engine_texts(*parts: str) -> list[str]:
-    """Return the hand-written C files of the engines, each named by folder and base name."""
-    folder = resources.files("painleve_sym.engines")
-    return [folder.joinpath(f"{part}.c").read_text("utf-8") for part in parts]
 
 
 def assemble(

@@ -166,10 +166,11 @@ def explore(
     notes: list[str] = []
     if stored is None:
         # What derives and compiles is not loaded for a stored module.
-        from painleve_sym.explorer.source import ModuleSource, exact_start
+        from painleve_sym.explorer.exact_start import exact_start
+        from painleve_sym.explorer.source import ModuleSource
+        from painleve_sym.explorer.wasm import described_module
 
-        source = ModuleSource(mechanism, laws)
-        description = source.description
+        description, compiled = described_module(ModuleSource(mechanism, laws))
         if close is None and (state is None or dict(state) == dict(mechanism.start)):
             state, notes = exact_start(mechanism)
     else:
@@ -178,9 +179,7 @@ def explore(
         mechanism, laws, description, state, parameters, law_parameters, initial_force, t_end, close
     )
     if stored is None:
-        from painleve_sym.explorer.wasm import module
-
-        packed = packed_module(module(source))
+        packed = packed_module(compiled())
     data = {
         "description": description,
         "module": base64.b64encode(packed).decode("ascii"),

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import resources
 from string import Template
-from typing import Any
-
-import sympy as sp
+from typing import TYPE_CHECKING, Any
 
 from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.files import MotionCode, clashing_name, code_files
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import Compiler
 from painleve_sym.codegen.evaluate import expression_function
-from painleve_sym.contacts.closing import closed_state, gap_slopes
-from painleve_sym.contacts.delassus import Delassus, argument_symbols
+from painleve_sym.contacts.delassus import argument_symbols
 from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import ENGINE_REASONS
@@ -26,27 +24,21 @@ from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import InputError, NoRecurrence
 from painleve_sym.explorer.first_map import FirstMap, first_map
 from painleve_sym.explorer.prebuilt import Laws, alternatives
-from painleve_sym.files import finite
+from painleve_sym.files import finite, to_plain
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.drawing import (
-    contact_geometries,
-    drawn_shapes,
-    ground_surfaces,
-    scene_formulas,
-)
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.shapes import PLACE, Shape
 from painleve_sym.motion.energy_balance import ENERGY_ROUNDING
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.axes import default_range, parameter_range
 
+if TYPE_CHECKING:
+    from painleve_sym.mechanics.shapes import Shape
+
 STIFFNESSES = ("Pa", "N/m")
 """Units of the parameters that a slider changes by orders of magnitude."""
-FEW_DIGITS = 1e-3
-"""Part of the largest length of a start below which a compression is rounding of a file."""
 SOFTER, STIFFER = 1e-2, 1e8
 """Ends of their sliders, in parts of the default: to the stiffness of the paper's Table 6."""
 
@@ -66,6 +58,22 @@ class ModuleSource:
         laws = alternatives(self.mechanism, self.law)
         own = tuple(Simulator(self.mechanism, law) for law in laws)
         return own if own[0].rigid else (*own, Simulator(self.mechanism, RigidLaw()))
+
+    @property
+    def definition(self) -> str:
+        """Everything that the module and its description are made of, as one text.
+
+        Raises
+        ------
+        TypeError
+            The mechanism or its drawing has no such text.
+        """
+        mechanism, simulators = self.mechanism, self.simulators
+        names = ("name", "title", "source", "sketch", "start", "outline")
+        plain = [getattr(mechanism, name) for name in names]
+        plain += [(s.label, s.choices, s.own_parameters) for s in simulators]
+        made_of = [s.contact.definition for s in simulators]
+        return "\n".join((json.dumps(to_plain(plain)), mechanism.drawing_definition, *made_of))
 
     @cached_property
     def codes(self) -> tuple[MotionCode, ...]:
@@ -103,10 +111,17 @@ class ModuleSource:
     @cached_property
     def _shapes(self) -> tuple[Shape, ...]:
         """Shapes of the drawing; none where the mechanism has none."""
+        from painleve_sym.mechanics.drawing import drawn_shapes
+
         return drawn_shapes(self.mechanism)
 
     @cached_property
     def _scene_code(self) -> dict[str, Any]:
+        from sympy import Integer
+
+        from painleve_sym.mechanics.drawing import ground_surfaces, scene_formulas
+        from painleve_sym.mechanics.shapes import PLACE
+
         mechanism = self.mechanism
         symbols = (*argument_symbols(mechanism), *PLACE)
         formulas = {
@@ -115,7 +130,7 @@ class ModuleSource:
             "margins": [bound.margin for bound in mechanism.domain],
         }
         functions = [
-            expression_function(f"scene_{name}", rows or [sp.Integer(1)], symbols)
+            expression_function(f"scene_{name}", rows or [Integer(1)], symbols)
             for name, rows in formulas.items()
         ]
         return {
@@ -129,6 +144,8 @@ class ModuleSource:
 
     @cached_property
     def _scene(self) -> dict[str, Any] | None:
+        from painleve_sym.mechanics.drawing import contact_geometries, ground_surfaces
+
         if not self._shapes:
             return None
         modes = [mode for body in self.mechanism.system.bodies for mode in body.modes]
@@ -218,35 +235,6 @@ class ModuleSource:
             }
             for p in declared.values()
         ]
-
-
-def exact_start(mechanism: Mechanism) -> tuple[dict[str, float], list[str]]:
-    """Return the mechanism's start with contacts closed that are compressed by rounding.
-
-    A file has few digits, and a rigid contact has no compression. A coordinate closes a contact
-    that changes no other gap; the sentences say which values were replaced.
-    """
-    place = mechanism.at(mechanism.start)
-    state, notes = dict(place.state), list[str]()
-    at = Delassus.of(mechanism).at(place.values)
-    contacts, coordinates = mechanism.outline.contacts, mechanism.outline.coordinates
-    slopes = [gap_slopes(mechanism, i).names for i in range(len(contacts))]
-    size = max((abs(state[c.name]) for c in coordinates if c.unit == "m"), default=0.0)
-    for i, contact in enumerate(contacts):
-        if contact.bilateral or not -FEW_DIGITS * size <= at.gap[i] < -at.gap_tolerance[i]:
-            continue
-        others = {name for k, own in enumerate(slopes) if k != i for name in own}
-        # A value of 0 is exact.
-        for c in sorted(coordinates, key=lambda own: state[own.name] == 0):
-            if f"gap_by_{c.name}" in slopes[i] and f"gap_by_{c.name}" not in others:
-                named = f"{contact.name}:{c.name}" if len(contacts) > 1 else c.name
-                state = closed_state(mechanism, state, place.parameters, named)
-                notes.append(
-                    f"{c.name} is {state[c.name]:.9g} {c.unit}, which closes the contact "
-                    f"{contact.name}; the mechanism's start has {place.state[c.name]:.9g}."
-                )
-                break
-    return state, notes
 
 
 def _leads(p: Parameter) -> bool:

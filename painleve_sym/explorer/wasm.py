@@ -10,11 +10,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.codegen.compile import environment
+from painleve_sym.codegen.derivation_cache import ENGINE, entry_key
 from painleve_sym.errors import CompileError, CompilerMissing
 from painleve_sym.explorer.prebuilt import STORED
 from painleve_sym.explorer.source import ModuleSource
@@ -23,6 +26,8 @@ FLAGS = ("-O2", "-ffp-contract=off", "-mexec-model=reactor", "-Wl,--strip-all")
 """No contraction, as in the package's own code; with names of functions it would be ten times as
 long."""
 
+_MADE_BY = (*ENGINE, "complementarity", "motion", "study", "c_export", "explorer")
+"""Folders of the package that write a module and its description."""
 _CLANG = ("--target=wasm32-wasi",)
 _PLACES = ("/usr", "/opt/wasi-sdk/share/wasi-sysroot", "/usr/share/wasi-sysroot")
 
@@ -33,10 +38,9 @@ def module(source: ModuleSource) -> bytes:
     CompilerMissing where neither clang with the C library of WASI nor the package ziglang is
     installed; CompileError where a compiler that works rejects the code.
     """
-    text = "\n".join((*FLAGS, *source.units, *source.files.values()))
-    key = hashlib.sha256(text.encode()).hexdigest()[:40]
+    key = _key(source)
     if stored := read_entry(key):
-        return base64.b64decode(stored["module"])
+        return _code(stored)
     command = compiler()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as work:
         for name, text in source.files.items():
@@ -44,6 +48,35 @@ def module(source: ModuleSource) -> bytes:
         code = _compiled(command, work, source.units)
     write_entry(key, {"module": base64.b64encode(code).decode("ascii")})
     return code
+
+
+def described_module(source: ModuleSource) -> tuple[dict[str, Any], Callable[[], bytes]]:
+    """Return the description of a module, and the function that returns the module; see `module`.
+
+    Where the cache has both nothing is derived.
+    """
+    key = entry_key("explorer", source, by=_MADE_BY)
+    entry = read_entry(key) if key else None
+    stored = read_entry(entry["module"]) if entry else None
+    if entry and stored:
+        return entry["description"], partial(_code, stored)
+
+    def compiled() -> bytes:
+        code = module(source)
+        if key:
+            write_entry(key, {"description": source.description, "module": _key(source)})
+        return code
+
+    return source.description, compiled
+
+
+def _key(source: ModuleSource) -> str:
+    text = "\n".join((*FLAGS, *source.units, *source.files.values()))
+    return hashlib.sha256(text.encode()).hexdigest()[:40]
+
+
+def _code(stored: Mapping[str, Any]) -> bytes:
+    return base64.b64decode(stored["module"])
 
 
 @functools.cache

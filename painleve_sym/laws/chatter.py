@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import sympy as sp
 
@@ -11,26 +11,15 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.impact_cases import ImpactCase
 from painleve_sym.laws.restitution import RestitutionLaw, energetic
 from painleve_sym.mechanics.coefficients import ContactCoefficients
-from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.general_contact import A_STICK, KAPPA, MU, W_TT, general_contact
 from painleve_sym.mechanics.impact.classes import impact_course
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, Condition
-from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import LagrangianSystem
 
 CYCLES = (ImpactClass.SLIDING, ImpactClass.C_STICKING, ImpactClass.R_STICKING)
 """Classes whose bounces repeat themselves up to their size, in closed form."""
 
-_W_TT = Parameter("W_tt", 1.0, "1/kg", "tangential mobility", 0.0, lower_closed=False)
-_A_STICK = Parameter("A_stick", 1.0, "1/kg", "mobility A' in sticking", 0.0, lower_closed=False)
-_KAPPA = Parameter("kappa", 0.0, "1", "W_nt/W_tt")
-_B_T = Parameter("b_t", 0.0, "m/s^2", "free tangential acceleration")
-_B_N = Parameter("b_n", -1.0, "m/s^2", "free normal acceleration")
-_MU = Parameter("mu", 1.0, "1", "friction coefficient", 0.0)
-KAPPA = _KAPPA.symbol
-"""κ = W_nt/W_tt, the normal velocity per tangential one of a tangential impulse; 1."""
 TAU = sp.Symbol("tau", real=True)
 """τ = 2 b_t/|b_n|; 1."""
 
@@ -110,7 +99,7 @@ class ChatterRatio:
     @cached_property
     def friction_threshold(self) -> sp.Expr | None:
         """μ with ρ = 1; None where ρ does not depend on μ, or not as a quotient of linear terms."""
-        mu = _MU.symbol
+        mu = MU
         top = sp.numer(sp.cancel(sp.together(sp.expand(self.ratio**2 - 1))))
         if self.law.name == "poisson":
             top = sp.numer(sp.cancel(sp.together(self.ratio - 1)))
@@ -138,43 +127,13 @@ def chatter_ratio(
     return ChatterRatio(restitution or energetic(), case, slip)
 
 
-@lru_cache(maxsize=1)
-def general_contact() -> Mechanism:
-    """Return one contact in its own coordinates: what holds for it holds for every mechanism.
-
-    Its parameters are W_tt > 0, κ = W_nt/W_tt and A′ = W_nn − W_nt²/W_tt > 0, by which any positive
-    definite W can be written, the free accelerations b_t and b_n, and μ. All of them are constant:
-    every motion of it has frozen coefficients.
-    """
-    t = Coordinate("x_t", "tangential displacement of the contact point", "m")
-    n = Coordinate("x_n", "gap", "m")
-    kinetic = t.rate**2 / (2 * _W_TT.symbol)
-    kinetic += (n.rate - KAPPA * t.rate) ** 2 / (2 * _A_STICK.symbol)
-    forces = sp.hessian(kinetic, (t.rate, n.rate)) * sp.Matrix([_B_T.symbol, _B_N.symbol])
-    system = LagrangianSystem(
-        name="general contact",
-        coordinates=(t, n),
-        parameters=(_W_TT, _A_STICK, _KAPPA, _B_T, _B_N, _MU),
-        kinetic_energy=kinetic,
-        potential_energy=sp.Integer(0),
-        generalized_forces={"x_t": forces[0], "x_n": forces[1]},
-    )
-    return Mechanism(
-        name=system.name,
-        title="one contact with constant coefficients, in its own coordinates",
-        source="Nordmark, Dankowicz & Champneys (2011)",
-        system=system,
-        contacts=(Contact("contact", system, n.symbol, t.rate, _MU.symbol),),
-    )
-
-
 def symbols_of(coefficients: ContactCoefficients) -> dict[sp.Symbol, sp.Expr]:
     """Return what the symbols of `general_contact`, and τ, stand for in a mechanism."""
     c = coefficients
     return {
-        _W_TT.symbol: c.W_tt,
-        _A_STICK.symbol: c.A_stick,
+        W_TT: c.W_tt,
+        A_STICK: c.A_stick,
         KAPPA: readable(c.W_nt / c.W_tt),
         TAU: readable(-2 * c.b_t / c.b_n),
-        _MU.symbol: c.mu,
+        MU: c.mu,
     }

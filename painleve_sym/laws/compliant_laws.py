@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["bilinear_hertz", "hertz", "hunt_crossley", "linear"]  # what `laws` offers
 
 
+_LOADING, _UNLOADING = "compression", "restitution"
+"""Branches of every named law in which a contact begins, as it closes and as it opens."""
+
 _Make = TypeVar("_Make", bound=Callable[..., ContactLaw])
 
 
@@ -65,9 +68,11 @@ def _law(
     `formulas` makes the whole law from its declared fields. The cache knows it by `definition` and
     the package's own source.
     """
-    known = {"choices": {}, **known}
+    known = {"choices": {}, "unloading": _UNLOADING, **known}
     make = partial(formulas, known)
-    law = ContactLaw.deferred(make, definition=definition, friction=FrictionLaw(), **known)
+    law = ContactLaw.deferred(
+        make, definition=definition, friction=FrictionLaw(), loading_name=_LOADING, **known
+    )
     return law.with_parameters(**values) if values else law
 
 
@@ -202,16 +207,16 @@ def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
     unloading = K_E * recovered**N
     work = K_E * ramp(DELTA) ** (N + 1) / (N + 1)
     elastic_energy = e_squared * K_E * recovered ** (N + 1) / (N + 1)
-    turn = {"elastic": "reload", "virgin": "compression"}[reload]
+    turn = {"elastic": "reload", "virgin": _LOADING}[reload]
     compression = Branch(
-        "compression",
+        _LOADING,
         virgin,
         e.symbol**2 * work,
         (1 - e.symbol**2) * virgin * DELTA_DOT,
-        (Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution", {DELTA_MAX: DELTA}),),
+        (Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, _UNLOADING, {DELTA_MAX: DELTA}),),
     )
     restitution = Branch(
-        "restitution",
+        _UNLOADING,
         unloading,
         elastic_energy,
         sp.Integer(0),
@@ -229,18 +234,17 @@ def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
                 elastic_energy,
                 sp.Integer(0),
                 (
-                    Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution"),
-                    Exit(EventKind.YIELD, DELTA_MAX - DELTA, "compression"),
+                    Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, _UNLOADING),
+                    Exit(EventKind.YIELD, DELTA_MAX - DELTA, _LOADING),
                 ),
             ),
         )
         recontact = Exit(EventKind.TOUCHDOWN, delta_p - DELTA, "reload")
     else:
-        recontact = Exit(EventKind.RELOAD, -DELTA_DOT, "compression")
+        recontact = Exit(EventKind.RELOAD, -DELTA_DOT, _LOADING)
     return ContactLaw(
         **known,
         branches=branches,
-        unloading="restitution",
         memory=(DELTA_MAX,),
         # The floor keeps e = 0 from dividing by zero: unloading then ends where it begins.
         definitions={
@@ -270,18 +274,17 @@ def _viscoelastic(
     loss = damping * DELTA_DOT
     leave = tuple(Exit(EventKind.SEPARATION, guard, SEPARATED) for guard in (DELTA, *releases))
     turn, back = (
-        Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution"),
-        Exit(EventKind.RELOAD, -DELTA_DOT, "compression"),
+        Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, _UNLOADING),
+        Exit(EventKind.RELOAD, -DELTA_DOT, _LOADING),
     )
     return ContactLaw(
         **known,
         branches=(
-            Branch("compression", force, stored, loss, (turn, *leave[1:])),
-            Branch("restitution", force, stored, loss, (*leave, back)),
+            Branch(_LOADING, force, stored, loss, (turn, *leave[1:])),
+            Branch(_UNLOADING, force, stored, loss, (*leave, back)),
         ),
-        unloading="restitution",
         definitions=definitions,
-        recontacts=tuple(Exit(EventKind.TOUCHDOWN, -guard, "restitution") for guard in releases),
+        recontacts=tuple(Exit(EventKind.TOUCHDOWN, -guard, _UNLOADING) for guard in releases),
         stiffness=K_E,
         exponent=exponent,
     )

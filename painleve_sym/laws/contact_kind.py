@@ -6,7 +6,7 @@ import enum
 
 
 class ContactKind(enum.Enum):
-    """How the forces of a contact follow from its motion."""
+    """Kind of a contact: what its forces follow from."""
 
     GUIDE = "guide"
     """It cannot open: the gap stays 0, and the normal force has either sign."""

@@ -188,6 +188,8 @@ class ContactLaw(Deferred):
             source=source,
             parameters=parameters,
             choices=choices,
+            unloading=self.unloading,
+            loading_name=self.loading_name,
             friction=rubbing,
             definition=f"{self.definition} with {rubbing.kind} friction",
         )
@@ -219,6 +221,8 @@ class ContactLaw(Deferred):
             source=self.source,
             parameters=parameters,
             choices=self.choices,
+            unloading=self.unloading,
+            loading_name=self.loading_name,
             definition=f"{self.definition}{definition}",
         )
 
@@ -264,6 +268,11 @@ class ContactLaw(Deferred):
     def loading(self) -> Branch:
         """Branch in which a fresh surface is compressed."""
         return self.branches[0]
+
+    @cached_property
+    def loading_name(self) -> str:
+        """Name of the branch `loading`."""
+        return self.loading.name
 
     @property
     def depends_on_rate(self) -> bool:

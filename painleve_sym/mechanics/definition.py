@@ -12,9 +12,6 @@ import sympy as sp
 
 from painleve_sym.mechanics.declarations import PLAYS_NO_PART
 
-SYMPY_VERSION = str(sp.__version__)
-"""Another version may write the same derivation another way."""
-
 
 def definition_text(value: Any) -> str:
     """Return a text with everything that the derivations of an object depend on.

@@ -223,6 +223,8 @@ class Mechanism(Shown, Deferred):
         self, make: Callable[[], Mechanism], outline: MechanismOutline, definition: str
     ) -> Mechanism:
         texts = {name: getattr(self, name) for name in ("name", "title", "source", "sketch")}
+        if "drawing_definition" in vars(self):
+            texts["drawing_definition"] = self.drawing_definition
         return Mechanism.deferred(
             make, start=self.start, outline=outline, definition=definition, **texts
         )
@@ -353,6 +355,15 @@ class Mechanism(Shown, Deferred):
         from painleve_sym.mechanics.definition import definition_text
 
         return hashlib.sha256(definition_text(self).encode()).hexdigest()
+
+    @cached_property
+    def drawing_definition(self) -> str:
+        """The hash of what it is drawn with besides `definition`: bodies, shapes and contacts."""
+        from painleve_sym.mechanics.definition import definition_text
+
+        geometries = [c.geometry for c in self.contacts]
+        text = definition_text((self.shapes, self.system.bodies, geometries))
+        return hashlib.sha256(text.encode()).hexdigest()
 
     @property
     def depends_on_time(self) -> bool:

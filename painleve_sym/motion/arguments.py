@@ -17,6 +17,9 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.materials import MaterialsLike
 from painleve_sym.units import Value
 
+INITIAL_FORCE = "initial_force"
+"""Of all arguments the one by which a motion can be differentiated."""
+
 
 class SharedArguments(TypedDict, total=False):
     """Settings that runs and batches have; see `painleve_sym.simulate`."""

@@ -14,12 +14,13 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.codegen.quantities import quantities
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.errors import InputError, received
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.mechanics.declarations import ParameterSet
+from painleve_sym.mechanics.declarations import TIME_NAME, ParameterSet
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.frozen_impact import (
     COEFFICIENTS,
@@ -76,7 +77,7 @@ class CorrectedJumpRule:
     engine: EngineLike = EngineName.AUTO
 
     def __post_init__(self) -> None:
-        if self.mechanism.coefficients.rank_one:
+        if _rank_one(self.mechanism):
             raise InputError(
                 f"finite-stiffness jump of {self.mechanism.name!r}: its W has rank one (A' = 0), "
                 "so that velocities do not determine the impulse while the contact sticks. "
@@ -87,10 +88,6 @@ class CorrectedJumpRule:
     def solver(self) -> FrozenImpactSolver:
         """Of the contact with constant coefficients."""
         return FrozenImpactSolver(self.law, self.engine)
-
-    @cached_property
-    def _symbols(self) -> tuple[Any, ...]:
-        return (*self.mechanism.motion, *(p.symbol for p in self.mechanism.system.parameters))
 
     def __call__(
         self,
@@ -105,8 +102,7 @@ class CorrectedJumpRule:
         energy K δ₀^(n+1)/(n+1). The configuration is one of `CONFIGURATIONS`.
         """
         _check_configuration("finite-stiffness jump", configuration)
-        given = {**state, **parameters}
-        point = {s: np.asarray(given.get(str(s), 0.0), float) for s in self._symbols}
+        point = self._point(state, parameters)
         start = self._coefficients(point)
         inputs = (
             {name: start[name] for name in (*COEFFICIENTS, "mu")},
@@ -133,14 +129,16 @@ class CorrectedJumpRule:
         The keys are W_nn, W_nt, W_tt, b_n, b_t, mu, slip_velocity, normal_velocity, and by
         velocity of the mechanism ``normal`` and ``tangential`` (M⁻¹J_Nᵀ, M⁻¹J_Tᵀ) and ``free``.
         """
-        given = {**state, **parameters}
-        return self._coefficients(
-            {s: np.asarray(given.get(str(s), 0.0), float) for s in self._symbols}
-        )
+        return self._coefficients(self._point(state, parameters))
 
-    def _coefficients(self, point: Mapping[Any, Array]) -> dict[str, Array]:
-        values = {str(symbol): array for symbol, array in point.items()}
-        at, moves = Delassus.of(self.mechanism).whole_at_each(values)
+    def _point(
+        self, state: Mapping[str, ArrayLike], parameters: Mapping[str, ArrayLike]
+    ) -> dict[str, Array]:
+        given, names = {**state, **parameters}, self.mechanism.outline.argument_names
+        return {name: np.asarray(given.get(name, 0.0), float) for name in names}
+
+    def _coefficients(self, point: Mapping[str, Array]) -> dict[str, Array]:
+        at, moves = Delassus.of(self.mechanism).whole_at_each(point)
         numbers = (at.W[0, 0], at.W[0, 1], at.W[1, 1], *at.b, *at.mu)
         coefficients = dict(zip((*COEFFICIENTS, "mu"), numbers, strict=True))
         coefficients |= {"slip_velocity": at.slip_velocity[0], "normal_velocity": at.gap_rate[0]}
@@ -160,7 +158,7 @@ class CorrectedJumpRule:
 
     def _jumps(
         self,
-        point: Mapping[Any, Array],
+        point: Mapping[str, Array],
         sets: tuple[Mapping[str, Array], Mapping[str, Array]],
         impacts: FrozenImpacts,
         configuration: str,
@@ -171,18 +169,19 @@ class CorrectedJumpRule:
             self._moved(c, p["normal_impulse"], p["tangential_impulse"], p["duration"])
             for c, p in zip(sets, parts, strict=True)
         ]
-        for k, symbol in enumerate(self.mechanism.system.q_dot):
-            velocity[str(symbol)] = point[symbol] + moved[0][k] + moved[1][k]
+        for k, name in enumerate(self.mechanism.outline.velocity_names):
+            velocity[name] = point[name] + moved[0][k] + moved[1][k]
         return CorrectedJumps(impacts, velocity, configuration)
 
     def _carried(
-        self, point: Mapping[Any, Array], start: Mapping[str, Array], impacts: FrozenImpacts
+        self, point: Mapping[str, Array], start: Mapping[str, Array], impacts: FrozenImpacts
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the coefficients at the means of both parts of the impact.
 
         W belongs to the mean time of the impulse, T − ∫P dt/P; b to the mean time and velocities.
         """
-        system = self.mechanism.system
+        outline = self.mechanism.outline
+        places = [c.name for c in outline.coordinates]
         now, carried = dict(point), []
         for part in _halves(impacts, start["slip_velocity"] != 0):
             t, P, P_t = part["duration"], part["normal_impulse"], part["tangential_impulse"]
@@ -193,18 +192,29 @@ class CorrectedJumpRule:
             by_impulse, by_time, end = dict(now), dict(now), dict(now)
             whole = self._moved(start, P, P_t, t)
             partly = self._moved(start, share, ratio * share, t / 2)
-            for q, v, jump, half in zip(system.q, system.q_dot, whole, partly, strict=True):
+            for q, v, jump, half in zip(places, outline.velocity_names, whole, partly, strict=True):
                 by_impulse[q] = now[q] + now[v] * mean
                 by_time[q], by_time[v] = now[q] + now[v] * t / 2, now[v] + half
                 end[q], end[v] = now[q] + (now[v] + half) * t, now[v] + jump
-            for clock in system.clock:
-                if clock in now:
-                    by_impulse[clock], by_time[clock] = now[clock] + mean, now[clock] + t / 2
-                    end[clock] = now[clock] + t
+            if outline.depends_on_time:
+                clock = now[TIME_NAME]
+                by_impulse[TIME_NAME], by_time[TIME_NAME] = clock + mean, clock + t / 2
+                end[TIME_NAME] = clock + t
             mobile, free = self._coefficients(by_impulse), self._coefficients(by_time)
             carried.append(mobile | {name: free[name] for name in ("b_n", "b_t", "free")})
             now = end
         return carried[0], carried[1]
+
+
+def _rank_one(mechanism: Mechanism) -> bool:
+    """Return `ContactCoefficients.rank_one` of the only contact."""
+
+    def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
+        from sympy import Integer
+
+        return {"rank_one": Integer(int(mechanism.coefficients.rank_one))}, ()
+
+    return bool(quantities("rank of W", mechanism, (), derive)({})["rank_one"])
 
 
 def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], dict[str, Array]]:
@@ -352,11 +362,9 @@ def evaluate_corrected_jump(
     _check_configuration(where, configuration)
     rule = CorrectedJumpRule(mechanism, law, engine)
     simulator = rule.solver.simulator
-    constants = simulator.constants(
+    K, n = simulator.loading_constants(
         simulator.parameters({p.name: given[p.name] for p in law.parameters})
     )
-    curve = simulator.loading_curve({name: np.array([v]) for name, v in constants.items()})
-    K, n = (float(values[0]) for values in curve)
     delta = (initial_force / K) ** (1 / n)
     jump = rule(start, given, delta, configuration)
     numbers = {name: values.tolist() for name, values in jump.impacts.phase.items()}
@@ -377,7 +385,7 @@ def evaluate_corrected_jump(
         end=jump.impacts.ends[0],
         phases=tuple(phases),
         velocity={name: float(value) for name, value in jump.velocity.items()},
-        velocity_before={str(v): start[str(v)] for v in mechanism.system.q_dot},
+        velocity_before={name: start[name] for name in mechanism.outline.velocity_names},
     )
 
 

@@ -17,12 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineLike, EngineName
+from painleve_sym.codegen.named_mechanisms import described
 from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
-from painleve_sym.laws.chatter import general_contact
 from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, starts_of
 from painleve_sym.motion.simulator import Simulator
 
@@ -112,6 +113,12 @@ class _Course:
     later: _Begin
 
 
+def _general_contact() -> Mechanism:
+    from painleve_sym.mechanics.general_contact import general_contact
+
+    return general_contact()
+
+
 @dataclass(frozen=True)
 class FrozenImpactSolver:
     """The impact of one contact with constant coefficients; build once, use often.
@@ -142,7 +149,7 @@ class FrozenImpactSolver:
     @cached_property
     def simulator(self) -> Simulator:
         """Of the general contact with the law."""
-        return Simulator(general_contact(), self.law, self.engine)
+        return Simulator(described("general contact", _general_contact), self.law, self.engine)
 
     def __call__(
         self,

@@ -221,15 +221,20 @@ class MechanismWithLaws:
         curve = quantities("loading curves", definition, names, derive).at(values)
         return curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
 
+    def loading_constants(self, parameters: Mapping[str, float]) -> tuple[float, float]:
+        """Return K and n of the loading curve K δⁿ of the only contact; see `contact_law`."""
+        _ = self.contact_law  # rejects laws without a loading curve
+        values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
+        k, n = (float(v[0]) for v in self.loading_curve(values))
+        return k, n
+
     def compression_of_force(self, force: Value, parameters: Mapping[str, float]) -> float:
         """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
 
         The initial surface energy of the paper, (10), is given this way.
         """
         force = number(force, "initial force", where=self.where, unit="N", lower=0.0)
-        _ = self.contact_law  # rejects laws without a loading curve
-        values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
-        k, n = (float(v[0]) for v in self.loading_curve(values))
+        k, n = self.loading_constants(parameters)
         return float((force / k) ** (1 / n))
 
     def values_of_materials(

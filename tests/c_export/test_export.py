@@ -18,9 +18,11 @@ from painleve_sym.c_export.files import NUMERIC_FLAGS, MotionCode, code_files, e
 from painleve_sym.c_export.text import enum
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.scenario import Scenario
 from tests.support.exports import (
@@ -55,11 +57,29 @@ def bouncing(sledge_file, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def pressed(sledge_file, tmp_path_factory):
-    """A compliant export that starts compressed."""
+def compressed(sledge_file):
+    """A compliant scenario that starts compressed."""
     state = {"x": 0.0, "x_dot": 1.0}
-    scenario = Scenario(sledge_file, state, law="linear", initial_force=60.0, t_end=0.02)
-    return export_scenario(scenario, tmp_path_factory.mktemp("softened") / "c", "spring")
+    return Scenario(sledge_file, state, law="linear", initial_force=60.0, t_end=0.02)
+
+
+@pytest.fixture(scope="module")
+def pressed(compressed, tmp_path_factory):
+    return export_scenario(compressed, tmp_path_factory.mktemp("softened") / "c", "spring")
+
+
+def test_second_export_derives_nothing_and_writes_the_same(
+    pressed, compressed, tmp_path, monkeypatch
+):
+    def refuse(*_):
+        raise AssertionError("this should have come from the cache")
+
+    monkeypatch.setattr(CompliantContact, "automaton", property(refuse))
+    monkeypatch.setattr(Mechanism, "coefficients", property(refuse))
+    again = export_scenario(compressed, tmp_path / "c", "spring")
+    assert again.files == pressed.files
+    for name in again.files:
+        assert (again.folder / name).read_bytes() == (pressed.folder / name).read_bytes()
 
 
 @pytest.mark.slow

@@ -27,6 +27,7 @@ from painleve_sym.engines import source
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import CompilerMissing
 from painleve_sym.files import of_plain, to_plain
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
@@ -37,6 +38,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import LagrangianSystem
+from painleve_sym.motion.simulate import simulate_batch
 from painleve_sym.motion.simulator import Simulator
 
 Y = Coordinate("y", "height", "m")
@@ -130,6 +132,20 @@ def test_second_time_nothing_is_derived_where_there_is_no_series(cache, monkeypa
     assert np.array_equal(run()[1].final_state, first.final_state)
 
 
+@pytest.mark.parametrize("kind", [TaylorEngine, CompiledEngine])
+def test_second_time_the_c_of_an_engine_is_not_derived(cache, monkeypatch, kind):
+    first = [kind.code_of(s.contact) for s in simulators()]
+    without_derivation(monkeypatch)
+    assert [kind.code_of(s.contact) for s in simulators()] == first
+
+
+def test_batch_after_a_run_derives_nothing(cache, monkeypatch):
+    simulators()[0].run(START, t_end=0.01)
+    without_derivation(monkeypatch)
+    batch = simulate_batch(sledge(), law("hertz"), {"x_dot": [1.0, 2.0], "y": 0.01}, t_end=0.01)
+    assert batch["stop_reason"].tolist() == ["t_end", "t_end"]
+
+
 def test_coefficients_stay_at_hand_beside_a_cached_engine(cache):
     for simulator in (simulators()[0], simulators()[0]):
         simulator.run(START, t_end=0.01)
@@ -209,7 +225,7 @@ def test_damaged_entry_is_made_anew(cache, damage):
     first = simulators()[0].run(START, t_end=0.2)
     numbers = Delassus.of(sledge()).contact_quantities
     whole = {path: path.read_bytes() for path in entries(cache)}
-    assert len(whole) == 2  # the engine, the numbers of its contact
+    assert len(whole) == 3  # the engine and its C, the numbers of its contact
     for path, text in whole.items():
         path.write_bytes(damage(text))
     quantities._stored.cache_clear()
@@ -273,7 +289,7 @@ def test_entry_of_another_compiler_is_not_used(cache, tmp_path, monkeypatch):
     monkeypatch.setenv("CC", str(own))
     assert compiler_mark() != mark
     Decay(1).end()
-    assert len(entries(cache)) == 2
+    assert len(entries(cache)) == 3  # one C, two libraries
 
 
 def test_no_compiler_is_told_also_where_the_cache_has_the_engine(cache, monkeypatch):
@@ -327,7 +343,7 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
     ends = {process.communicate(timeout=280)[0] for process in running}
     assert [process.returncode for process in running] == [0, 0]
     assert len(ends) == 1
-    assert len(entries(cache)) == 2  # the description of the named mechanism, and the engine
+    assert len(entries(cache)) == 3  # the description of the named mechanism, the engine, its C
     assert all(read_entry(path.stem.removeprefix("painleve-")) for path in entries(cache))
 
 

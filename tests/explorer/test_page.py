@@ -16,9 +16,10 @@ import painleve_sym as ps
 from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.errors import CompilerMissing
 from painleve_sym.explorer import page, script, wasm
+from painleve_sym.explorer.exact_start import exact_start
 from painleve_sym.explorer.first_map import first_map
 from painleve_sym.explorer.prebuilt import STORED, default_law, stored_digest, stored_module
-from painleve_sym.explorer.source import ModuleSource, exact_start
+from painleve_sym.explorer.source import ModuleSource
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice
 from tests.cli.cli_helpers import run, run_json
@@ -342,6 +343,48 @@ def test_a_module_is_compiled_once_and_then_comes_from_the_cache(monkeypatch, tm
     source.files = {"a.c": "int b;"}
     with pytest.raises(pytest.fail.Exception):
         wasm.module(source)
+
+
+def test_second_page_derives_nothing_and_is_the_same(cache, monkeypatch, sledge):
+    monkeypatch.setattr(wasm, "compiler", lambda: ("cc",))
+    monkeypatch.setattr(wasm, "_compiled", lambda *_: b"\0asm")
+    mechanism = ps.load_mechanism(sledge)
+    first = ps.explore(mechanism, "linear").html
+
+    def refuse(*_):
+        raise AssertionError("this should have come from the cache")
+
+    monkeypatch.setattr(ModuleSource, "files", property(refuse))
+    monkeypatch.setattr(ModuleSource, "_first_map", property(refuse))
+    assert ps.explore(mechanism, "linear").html == first
+    # Other numbers of the start or of the law are another description.
+    for other in (
+        lambda: ps.explore(mechanism.with_parameters(m=3.0), "linear"),
+        lambda: ps.explore(mechanism, ps.laws.linear(k=1e5)),
+    ):
+        with pytest.raises(AssertionError):
+            other()
+    # Where the module is gone or damaged both are made again.
+    monkeypatch.undo()
+    monkeypatch.setenv("PAINLEVE_CACHE", str(cache))
+    monkeypatch.setattr(wasm, "compiler", lambda: ("cc",))
+    monkeypatch.setattr(wasm, "_compiled", lambda *_: b"\0asm")
+    for path in cache.glob("*.json"):
+        if b'"module"' in path.read_bytes():
+            path.write_bytes(b"damaged")
+    assert ps.explore(mechanism, "linear").html == first
+
+
+def test_page_of_another_drawing_text_or_law_is_made_of_another_text():
+    feet = ps.model("block-two-feet")
+    drawn = {"shapes": (ps.Shape.dot((0, 0)),)}
+    changes = (drawn, {"title": "another"}, {"sketch": "another"}, {"start": {}})
+    mechanisms = [feet, *(dataclasses.replace(feet, **change) for change in changes)]
+    texts = [ModuleSource(m, ps.law("rigid")).definition for m in mechanisms]
+    texts.append(ModuleSource(feet, ps.law("hertz")).definition)
+    assert len(set(texts)) == len(texts)
+    whole = ModuleSource(MODELS["block-two-feet"](), ps.law("rigid"))
+    assert whole.definition == texts[0]
 
 
 # ---- mechanisms and laws of one's own ----

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError
-from painleve_sym.laws.chatter import CYCLES, chatter_ratio, general_contact, symbols_of
+from painleve_sym.laws.chatter import CYCLES, chatter_ratio, symbols_of
 from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.mechanics.general_contact import general_contact
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.models.rods import rod
 

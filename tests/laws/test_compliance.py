@@ -223,6 +223,14 @@ def test_ramp_is_zero_below_and_the_argument_above():
     assert ramp(DELTA).diff(DELTA) == sp.Heaviside(DELTA, 0)
 
 
+@pytest.mark.parametrize("name", COMPLIANT_LAWS)
+def test_what_is_known_of_a_law_before_its_formulas_is_what_they_say(name):
+    renamed = law(name).with_friction("stribeck").of_contact("A")
+    assert "branches" not in vars(renamed)
+    before = renamed.loading_name, renamed.unloading
+    assert before == (renamed.branches[0].name, renamed._make().unloading)
+
+
 def test_law_unknown_names_suggest_the_nearest():
     with pytest.raises(InputError, match="Did you mean 'hertz'"):
         law("herz")

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from painleve_sym.codegen import named_mechanisms
 from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.laws import finite_stiffness as forms
 from painleve_sym.laws.catalogue import law
+from painleve_sym.mechanics import general_contact
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.finite_stiffness import CorrectedJumpRule, evaluate_corrected_jump
 from painleve_sym.motion.frozen_impact import FrozenEnd, FrozenImpactSolver
 from painleve_sym.motion.simulator import Simulator
@@ -148,6 +152,24 @@ def test_another_mechanism_is_corrected_too():
     for v in classical.velocity:
         error = abs(classical.velocity[v] - run.final[v])
         assert abs(float(carried.velocity[v]) - run.final[v]) < 0.1 * error + 1e-9
+
+
+def test_second_time_a_jump_is_evaluated_without_derivation(monkeypatch):
+    def solved():
+        state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+        jump = evaluate_corrected_jump("rod", law("hertz"), state, configuration="carried")
+        return dict(jump.velocity)
+
+    def refuse(*_):
+        raise AssertionError("this should have come from the cache")
+
+    first = solved()
+    monkeypatch.setattr(Mechanism, "coefficients", property(refuse))
+    monkeypatch.setattr(CompliantContact, "automaton", property(refuse))
+    monkeypatch.setattr(general_contact, "general_contact", refuse)
+    named_mechanisms._named.cache_clear()
+    assert solved() == first
+    named_mechanisms._named.cache_clear()
 
 
 def test_arrays_of_states_are_evaluated_at_once(rule):

@@ -9,8 +9,11 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.saddle import LawSaddle
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import (
     Border,
@@ -18,7 +21,7 @@ from painleve_sym.study.critical.bisection import (
     Outcome,
     critical_force,
 )
-from painleve_sym.study.critical.sliding_solution import SlidingSolution, _energy
+from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution, _energy
 from tests.oracles import rod_scipy
 from tests.support.paper_law import paper_law
 
@@ -38,6 +41,22 @@ CASES = {
 @pytest.fixture(scope="module")
 def finder():
     return CriticalForceFinder(Simulator(model("rod"), paper_law(reload="virgin")))
+
+
+def test_second_time_a_sliding_solution_is_found_without_derivation(monkeypatch):
+    def solved():
+        analysis = SlidingAnalysis(Simulator(model("rod"), law("linear")))
+        return analysis.at(TABLE_4, {"k": 1e9, "c": 5.0})
+
+    def refuse(*_):
+        raise AssertionError("this should have come from the cache")
+
+    first = solved()
+    monkeypatch.setattr(Mechanism, "coefficients", property(refuse))
+    monkeypatch.setattr(CompliantContact, "automaton", property(refuse))
+    monkeypatch.setattr(LawSaddle, "slope", property(refuse))
+    assert solved() == first
+    assert not first.conservative
 
 
 # ---- the numbers of the paper's Table 4 ----

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import casadi as ca
 
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.engines.source import assemble, engine_texts
+from painleve_sym.engines.c_texts import engine_texts
+from painleve_sym.engines.source import assemble
 from painleve_sym.engines.taylor import ORDER
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
 from painleve_sym.engines.taylor.scalars import Scalar

@@ -44,7 +44,7 @@ class BatchInputs:
     ) -> BatchInputs:
         """Return the inputs; InputError lists every fault of names, numbers and ranges."""
         mechanism, where = simulator.mechanism, f"batch of {simulator.where}"
-        declared = {p.name: p for p in (*mechanism.system.parameters, *simulator.own_parameters)}
+        declared = {p.name: p for p in (*mechanism.outline.parameters, *simulator.own_parameters)}
         values: dict[str, Array] = {n: np.array(0.0) for n in mechanism.state_names}
         values |= {n: np.array(p.default) for n, p in declared.items()}
         units, faults = simulator.units, []

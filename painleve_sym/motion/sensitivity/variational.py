@@ -20,7 +20,7 @@ from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
-from painleve_sym.motion.arguments import RunArguments, separated
+from painleve_sym.motion.arguments import INITIAL_FORCE, RunArguments, separated
 from painleve_sym.motion.mechanism_with_laws import Start
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
 from painleve_sym.motion.sensitivity.result import (
@@ -36,8 +36,6 @@ from painleve_sym.motion.sensitivity.result import (
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
-
-INITIAL_FORCE = "initial_force"
 
 LOOSENING_FACTOR = 100.0
 """Absolute tolerance of derivatives over that of states, each in parts of its size: then steps are

@@ -252,7 +252,7 @@ class _Stepping:
     @cached_property
     def size(self) -> int:
         """Number of coordinates."""
-        return len(self.stepper.mechanism.system.q)
+        return len(self.stepper.mechanism.outline.coordinates)
 
     def split(self, states: Array) -> tuple[Array, Array, Array]:
         """Return coordinates, velocities and times of states in columns; no times without t."""

@@ -88,14 +88,15 @@ def drift_of_the_rule(simulator: Simulator, state: Mapping[str, float], velocity
     """
     mechanism = simulator.mechanism
     values = simulator.parameters()
-    own = {p.name for p in mechanism.system.parameters} | {"e_energetic"}
+    own = {p.name for p in mechanism.outline.parameters} | {"e_energetic"}
     given = {k: v for k, v in values.items() if k in own}
     full = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
     after = []
     for tau in (-_STEP, _STEP):
         # Only the configuration: what finite forces do to the velocities the rule keeps.
         moved = {
-            c.name: full[c.name] + tau * full[f"{c.name}_dot"] for c in mechanism.system.coordinates
+            c.name: full[c.name] + tau * full[f"{c.name}_dot"]
+            for c in mechanism.outline.coordinates
         }
         if mechanism.depends_on_time:
             moved[TIME.name] = full[TIME.name] + tau

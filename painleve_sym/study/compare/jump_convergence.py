@@ -73,7 +73,7 @@ def compare_jump(
     mechanism = simulator.mechanism
     complete = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
     values = simulator.parameters(parameters)
-    own = {p.name for p in mechanism.system.parameters} | {"e_energetic"}
+    own = {p.name for p in mechanism.outline.parameters} | {"e_energetic"}
     jump = evaluate_jump(
         mechanism, "energetic", complete, parameters={k: v for k, v in values.items() if k in own}
     )
@@ -82,7 +82,7 @@ def compare_jump(
             f"comparison of {mechanism.name!r}: the impact is {jump.case.value}, need one that "
             "slips, then sticks in compression. Fix: start it in the inconsistent state."
         )
-    names = tuple(s.name for s in mechanism.system.q_dot)
+    names = mechanism.outline.velocity_names
     runs = []
     for value in stiffness:
         given = {**(parameters or {}), "E": value}

@@ -19,7 +19,6 @@ from typing import Any
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import RunOptions, RunSettings
 from painleve_sym.errors import InputError, StopReason
@@ -162,7 +161,7 @@ class _Start:
         mode = mode_name(outline, events.mode_before[end], events.memory_before[end])
         if kinds[end] == "separation":
             return Outcome.LIFTS_OFF, raw.stop_reason
-        loading = mode.endswith(f"/{self.simulator.contact_law.loading.name}")
+        loading = mode.endswith(f"/{self.simulator.contact_law.loading_name}")
         outcome = Outcome.STOPS_IN_COMPRESSION if loading else Outcome.STOPS_IN_RESTITUTION
         return outcome, raw.stop_reason
 
@@ -203,11 +202,8 @@ class CriticalForceFinder:
         given |= {"record": "events", "max_events": MAX_EVENTS}
         options = simulator.options(start.scale, RunSettings.of(simulator.where, given))
         options = replace(options, start_events=True)
-        law = simulator.contact_law
-        constants = simulator.constants(start.place.parameters)
-        stiffness, exponent = numbers([law.stiffness, law.exponent], constants)
-        begin = start.state, start.parameters
-        return _Start(simulator, *begin, options, float(stiffness), float(exponent))
+        curve = simulator.loading_constants(start.place.parameters)
+        return _Start(simulator, start.state, start.parameters, options, *curve)
 
     def outcomes(
         self,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.motion.sensitivity.variational import INITIAL_FORCE
+from painleve_sym.motion.arguments import INITIAL_FORCE
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.continuation import Setting
 
@@ -105,7 +105,7 @@ def _difference(setting: Setting, centre: CriticalForce, name: str) -> ForceDeri
 
     value = setting.value(name)
     # A speed of 0 is varied on the scale on which it decides.
-    speeds = {s.name for s in finder.simulator.mechanism.system.q_dot}
+    speeds = finder.simulator.mechanism.outline.velocity_names
     h = STEP * (abs(value) or (centre.sliding.barrier_speed if name in speeds else 1.0))
     odd = [force(value + k * h) - force(value - k * h) for k in (1, 2, 3)]
     fourth = (8 * odd[0] - odd[1]) / (12 * h)

@@ -224,5 +224,5 @@ def _axis(finder: CriticalForceFinder, name: str, ends: tuple[float, float], poi
 
 def _unit(mechanism: Mechanism, setting: Setting, name: str) -> str:
     setting.value(name)  # an unknown name is reported here
-    own = (*mechanism.system.parameters, *setting.finder.simulator.own_parameters)
+    own = (*mechanism.outline.parameters, *setting.finder.simulator.own_parameters)
     return ({p.name: p.unit for p in own} | mechanism.state_units)[name]

@@ -7,32 +7,34 @@ Where A < 0 < B a contact of finite stiffness can slide with F_n* = −B/A. Of t
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.codegen.evaluate import expression_function
+from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
+from painleve_sym.contacts.model import SLIPS
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
-from painleve_sym.laws import saddle as symbols
-from painleve_sym.laws.saddle import LawSaddle, loading_saddle, unloading_saddle
-from painleve_sym.mechanics.coefficients import F_N
-from painleve_sym.mechanics.paradox.sliding import (
-    coefficient_rates,
-    sliding_field,
-    sliding_force_rate,
-)
 from painleve_sym.motion.simulator import Simulator
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 SERIES_WITHIN = 0.1
 """Where the energy of the saddle is a difference of nearly equal numbers, a series replaces it."""
 
 MAX_EXPONENT = 100.0
 """Of a law: powers of twice the compression then stay far from the largest number."""
+
+_LINEARISED = (
+    *("exponent", "slope", "growth_rate", "decay_rate"),
+    *("unloading_growth_rate", "unloading_decay_rate", "conservative"),
+)
 
 
 @dataclass(frozen=True)
@@ -185,52 +187,94 @@ class SlidingAnalysis:
 
     simulator: Simulator
 
-    @cached_property
-    def _saddles(self) -> tuple[LawSaddle, LawSaddle]:
-        law = self.simulator.contact_law
-        return loading_saddle(law), unloading_saddle(law)
+    @property
+    def _names(self) -> tuple[str, ...]:
+        """Names of states and constants, on which everything depends."""
+        return (
+            *self.simulator.mechanism.outline.state_names,
+            *self.simulator.outline.constant_names,
+        )
 
-    @cached_property
-    def _mechanical(self) -> Pointwise:
-        mechanism = self.simulator.mechanism
-        c, parts = mechanism.coefficients, []
-        for slip in (-1, 1):
-            A_dot, B_dot = coefficient_rates(c, slip)
-            at = {F_N: c.slip_force(slip)}
-            parts += [A_dot.xreplace(at), -B_dot.diff(F_N).xreplace(at) / c.A(slip)]
-        return Pointwise(parts, self._symbols)
+    def _quantities(
+        self,
+        title: str,
+        arguments: Sequence[str],
+        derive: Callable[[], tuple[list[str], ca.Function]],
+    ) -> Quantities:
+        # They are evaluated too few times to be compiled.
+        return quantities(
+            title, self.simulator.contact.definition, arguments, derive, compiles=False
+        )
 
     @property
     def _symbols(self) -> tuple[Any, ...]:
+        """Symbols of `_names`."""
         mechanism, automaton = self.simulator.mechanism, self.simulator.automaton
         return (*mechanism.motion, *automaton.parameters, *automaton.definitions)
 
     @cached_property
-    def _drift(self) -> dict[int, tuple[Pointwise, Pointwise]]:
-        """By slip direction: dF_n*/dt with its gradient, and the rates of the state."""
-        mechanism = self.simulator.mechanism
-        c, moving = mechanism.coefficients, mechanism.motion
-        drift = {}
-        for slip in (-1, 1):
-            rates = mechanism.system.rates | sliding_field(c, slip)
-            drift[slip] = (
-                Pointwise(
-                    [sliding_force_rate(c, slip)],
-                    self._symbols,
-                    derivatives=moving,
-                ),
-                Pointwise([rates[s] for s in moving], self._symbols),
-            )
-        return drift
+    def _mechanical(self) -> Quantities:
+        """By slip direction: dA/dt, and what dF_n*/dt has for each N of the force."""
+
+        def derive() -> tuple[list[str], ca.Function]:
+            from painleve_sym.mechanics.coefficients import F_N
+            from painleve_sym.mechanics.paradox.sliding import coefficient_rates
+
+            c, parts = self.simulator.mechanism.coefficients, []
+            for slip in SLIPS:
+                A_dot, B_dot = coefficient_rates(c, slip)
+                at = {F_N: c.slip_force(slip)}
+                parts += [A_dot.xreplace(at), -B_dot.diff(F_N).xreplace(at) / c.A(slip)]
+            names = [f"{name}_{slip}" for slip in SLIPS for name in ("A_rate", "rate_per_force")]
+            return names, expression_function("rates", parts, self._symbols)
+
+        return self._quantities("rates of A and of the sliding force", self._names, derive)
+
+    def _drift(self, slip: int) -> Quantities:
+        """Return dF_n*/dt with its gradient."""
+        moving = self.simulator.mechanism.outline.state_names
+
+        def derive() -> tuple[list[str], ca.Function]:
+            from painleve_sym.mechanics.paradox.sliding import sliding_force_rate
+
+            mechanism = self.simulator.mechanism
+            rate = sliding_force_rate(mechanism.coefficients, slip)
+            names = ["force_rate", *(f"force_rate_by_{name}" for name in moving)]
+            return names, expression_function("drift", [rate], self._symbols, mechanism.motion)
+
+        return self._quantities(f"drift of the sliding force, slip {slip}", self._names, derive)
+
+    def _field(self, slip: int) -> Quantities:
+        """Return the rates of the state along the sliding solution."""
+        moving = self.simulator.mechanism.outline.state_names
+
+        def derive() -> tuple[list[str], ca.Function]:
+            from painleve_sym.mechanics.paradox.sliding import sliding_field
+
+            mechanism = self.simulator.mechanism
+            rates = mechanism.system.rates | sliding_field(mechanism.coefficients, slip)
+            field = [rates[s] for s in mechanism.motion]
+            return list(moving), expression_function("field", field, self._symbols)
+
+        return self._quantities(f"rates of sliding, slip {slip}", self._names, derive)
 
     @cached_property
-    def _linearised(self) -> Pointwise:
-        automaton, law = self.simulator.automaton, self.simulator.contact_law
-        own = (*automaton.parameters, *automaton.definitions)
-        parts = [law.exponent, self._saddles[0].slope]
-        for saddle in self._saddles:
-            parts += saddle.rates
-        return Pointwise(parts, (symbols.A, symbols.B, symbols.DEPTH, *own))
+    def _linearised(self) -> Quantities:
+        """Of the law about δ*: exponent, slope, rates of both saddles, conservative or not."""
+
+        def derive() -> tuple[list[str], ca.Function]:
+            from painleve_sym.laws import saddle
+
+            automaton, law = self.simulator.automaton, self.simulator.contact_law
+            both = saddle.loading_saddle(law), saddle.unloading_saddle(law)
+            parts = [law.exponent, both[0].slope, *both[0].rates, *both[1].rates]
+            parts.append(int(all(s.conservative for s in both)))
+            own = (*automaton.parameters, *automaton.definitions)
+            symbols = (saddle.A, saddle.B, saddle.DEPTH, *own)
+            return list(_LINEARISED), expression_function("saddle", parts, symbols)
+
+        arguments = ("A", "B", "depth", *self.simulator.outline.constant_names)
+        return self._quantities("law about the sliding solution", arguments, derive)
 
     def at(
         self, state: Mapping[str, float], parameters: Mapping[str, float] | None = None
@@ -270,20 +314,19 @@ class SlidingAnalysis:
         constants = simulator.constants(values)
         problem = contact_problem(mechanism, start, values)
         numbers = {**start, **constants}
-        point = {s: numbers[s.name] for s in self._symbols}
-        own = list(map(float, self._mechanical(point).reshape(-1)))
+        point = [numbers[name] for name in self._names]
+        own = self._mechanical.of_vector(point)
         at = Delassus.of(mechanism).at(numbers)
         gap, gap_rate = float(at.gap[0]), float(at.gap_rate[0])
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
         depth = simulator.compression_of_force(force, values)
-        at_depth = {symbols.A: A, symbols.B: B, symbols.DEPTH: depth}
-        local = self._linearised({**point, **at_depth})
-        exponent, slope, *rates = map(float, local.reshape(-1))
-        drift, field = self._drift[slip]
-        rate, *gradient = map(float, drift(point).reshape(-1))
-        second = sum(g * float(v) for g, v in zip(gradient, field(point).reshape(-1), strict=True))
+        local = self._linearised.of_vector([A, B, depth, *constants.values()])
+        exponent, slope, *rates, conservative = local
+        rate, *gradient = self._drift(slip).of_vector(point)
+        field = self._field(slip).of_vector(point)
+        second = sum(g * v for g, v in zip(gradient, field, strict=True))
         A_rate, rate_per_force = own[:2] if slip < 0 else own[2:]
         # The rates of unloading are infinite where nothing is recovered.
         self._check_range((force, depth, exponent, slope, rate, second, *rates[:2]), exponent)
@@ -304,7 +347,7 @@ class SlidingAnalysis:
             decay_rate=rates[1],
             unloading_growth_rate=rates[2],
             unloading_decay_rate=rates[3],
-            conservative=all(s.conservative for s in self._saddles),
+            conservative=bool(conservative),
         )
         return solution, 0.0 if abs(gap) <= at.gap_tolerance[0] else gap
 

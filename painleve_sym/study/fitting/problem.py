@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of, number
@@ -109,7 +109,7 @@ class FitProblem:
     @cached_property
     def _declared(self) -> dict[str, Parameter]:
         sim = self.simulator
-        return {p.name: p for p in (*sim.mechanism.system.parameters, *sim.own_parameters)}
+        return {p.name: p for p in (*sim.mechanism.outline.parameters, *sim.own_parameters)}
 
     # ---- the model ----
 
@@ -315,7 +315,7 @@ class FitProblem:
             noise = {n: _rms(v) * math.sqrt(len(residuals) / freedom) for n, v in misses.items()}
         # Standard deviations that are known have the normal distribution's quantile.
         known = math.inf if self.sigma else freedom
-        reach = float(student.ppf(0.5 + self.level / 2, known)) * error
+        reach = float(stdtrit(known, 0.5 + self.level / 2)) * error
         return FitResult(
             names=self.estimate,
             units=tuple(self._unit(n) for n in self.estimate),

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.stats import qmc
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import whole_number
@@ -95,6 +94,8 @@ class Sample:
         """Return points start..stop − 1 by name; a point does not depend on where parts begin."""
         n, d = stop - start, len(self.ranges)
         if self.method == "sobol":
+            from scipy.stats import qmc  # it takes seconds to import
+
             engine = qmc.Sobol(d, rng=np.random.default_rng(self.seed))
             # SciPy notes that the first points are not a power of two; the whole set may be one.
             with warnings.catch_warnings():

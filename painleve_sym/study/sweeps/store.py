@@ -18,18 +18,16 @@ import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from painleve_sym.codegen.compile import find_compiler, flags
 from painleve_sym.errors import CompilerMissing, InputError, PainleveError, PainleveWarning
 from painleve_sym.files import no_link, write_beside
-from painleve_sym.mechanics.definition import SYMPY_VERSION
 from painleve_sym.motion.energy_balance import batch_notices, open_from
 from painleve_sym.study.sweeps.sweep import FORMATS, Columns, Sweep
 from painleve_sym.version import __version__
@@ -67,10 +65,7 @@ def attributes(sweep: Sweep) -> dict[str, str]:
     versions = {
         "painleve_sym": __version__,
         "python": ".".join(map(str, sys.version_info[:3])),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "sympy": SYMPY_VERSION,
-        "casadi": ca.CasadiMeta.version(),
+        **{name: version(name) for name in ("numpy", "scipy", "sympy", "casadi")},
         "engine": engine.name,
     }
     if (library := getattr(engine, "library", None)) is not None:

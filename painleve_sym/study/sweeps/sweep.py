@@ -24,7 +24,6 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.mechanics.toml.lines import toml_lines
-from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.batch.machine import check_memory, row_bytes
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
 from painleve_sym.motion.batch.result import BatchResult, event_dims
@@ -113,6 +112,8 @@ class Sweep:
                 mechanism_text = read_text(name, f"{where}: model {name}", MAX_FILE)
             if mechanism_text is None:
                 return model(name)
+            from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+
             return mechanism_from_text(mechanism_text, name, Path(name).stem)
 
         scenario = Scenario.described(faults, data, OWN_KEYS, mechanism)
@@ -225,7 +226,7 @@ class Sweep:
             for unknown in unknowns(self.mechanism, scenario.close) if scenario.close else ():
                 if unknown.name in self.space.names:
                     raise InputError(f"{unknown.name} is varied. Fix: name another coordinate.")
-        declared = {p.name: p for p in self.mechanism.system.parameters} | own
+        declared = {p.name: p for p in self.mechanism.outline.parameters} | own
         known = (*self.mechanism.state_names, *declared, "initial_force")
         given = {*(scenario.state or {}), *scenario.parameters, *scenario.law_parameters}
         given |= {"initial_force"} if scenario.initial_force is not None else set()
@@ -311,7 +312,7 @@ class Sweep:
 
     def _case(self, inputs: Mapping[str, Any], n: int) -> NDArray[np.int8]:
         mechanism = self.mechanism
-        if len(mechanism.contacts) > 1:
+        if len(mechanism.outline.contacts) > 1:
             raise InputError(
                 f"{self.scenario.where}: keep: case needs one contact. "
                 "Fix: leave it out, or name one contact."

@@ -1,0 +1,11 @@
+"""The hand-written C of the engines, file by file."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+
+def engine_texts(*parts: str) -> list[str]:
+    """Return the hand-written C files of the engines, each named by folder and base name."""
+    folder = resources.files("painleve_sym.engines")
+    return [folder.joinpath(f"{part}.c").read_text("utf-8") for part in parts]
