@@ -8,7 +8,7 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.simplify import collapsed, readable
+from painleve_sym.mechanics.simplify import readable
 
 F_N = sp.Symbol("F_n", nonnegative=True)
 F_T = sp.Symbol("F_t", real=True)
@@ -127,7 +127,7 @@ class ContactCoefficients:
         """A′ = W_nn − W_nt²/W_tt; 1/kg."""
         if self.W_tt == 0:  # no motion slides the contact: W_nt = 0, and nothing is to be held
             return self.W_nn
-        return collapsed(self.W_nn - self.W_nt**2 / self.W_tt)
+        return readable(self.W_nn - self.W_nt**2 / self.W_tt)
 
     @property
     def rank_one(self) -> bool:

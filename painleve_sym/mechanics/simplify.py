@@ -37,7 +37,8 @@ def readable(expr: sp.Expr) -> sp.Expr:
 
     The candidates are a common denominator with numerator and denominator reduced modulo
     sin² + cos² = 1 (both ways), factored, nested in sin or cos, and with products of two angles'
-    sine and cosine contracted. A long expression only has its common factors taken out.
+    sine and cosine contracted. A long expression has its common factors taken out, and is searched
+    where most of its terms cancel.
 
     Parameters
     ----------
@@ -66,30 +67,22 @@ def _readable(expr: sp.Expr) -> sp.Expr:
 def _written(expr: sp.Expr) -> sp.Expr:
     operations = sp.count_ops(expr)
     if operations > _OPERATIONS or _too_many_terms(expr, _TERMS):
-        return _cheapest((expr, factor_terms(expr)))
+        return _cheapest((expr, factor_terms(expr), *_few_terms(expr)))
     whole = sp.cancel(sp.together(expr))
     if len(sp.Add.make_args(sp.fraction(whole)[0])) > _SEARCHED:
-        return _cheapest((expr, factor_terms(expr), factor_terms(whole)))
+        return _cheapest((expr, factor_terms(expr), factor_terms(whole), *_few_terms(expr)))
     candidates = [expr, _quotient(*sp.fraction(whole)), _termwise(*sp.fraction(whole))]
     candidates.append(_quotient(*sp.fraction(sp.cancel(candidates[-1]))))
     return _cheapest(candidates)
 
 
-def collapsed(expr: sp.Expr) -> sp.Expr:
-    """Return what `readable` does, or shorter where most terms of a long expression cancel.
-
-    Meant for determinants of long entries, for which `readable` does not search, and for what is
-    divided by them. Rounded numbers do not cancel, and stay as they are.
-    """
-    masked, powers = without_high_powers(sp.sympify(expr))
-    forms = (readable(masked), *within_time("determinant", lambda: [*_few_terms(masked)]))
-    return _cheapest(forms).xreplace(powers)
-
-
 def _few_terms(expr: sp.Expr) -> Iterator[sp.Expr]:
-    """Yield quotients of the few terms that are left of a long expression; else nothing."""
+    """Yield quotients of the few terms that are left of a long expression; else nothing.
+
+    Rounded numbers do not cancel.
+    """
     parts = sp.fraction(sp.together(expr))
-    if sp.count_ops(expr) <= _OPERATIONS or expr.has(sp.Float):
+    if expr.has(sp.Float):
         return
     if any(_too_many_terms(part, _COLLAPSED) for part in parts):
         return
@@ -101,8 +94,9 @@ def _few_terms(expr: sp.Expr) -> Iterator[sp.Expr]:
         if len(sp.Add.make_args(short[-1])) > _SEARCHED:
             return
     numerator, denominator = short
-    yield _quotient(*sp.fraction(sp.cancel(numerator / denominator)))
-    yield _quotient(numerator, denominator)
+    # Sums of angles would hide from longer forms what cancels with their parts.
+    yield _quotient(*sp.fraction(sp.cancel(numerator / denominator)), contracts=False)
+    yield _quotient(numerator, denominator, contracts=False)
 
 
 def reduced(expr: sp.Expr) -> sp.Expr:
@@ -206,12 +200,12 @@ def _power_terms(terms: float, power: int) -> float:
     return float(min(math.comb(int(terms) + power - 1, power), 2 * _TERMS))
 
 
-def _quotient(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
-    plus = _shortest(denominator)
-    minus = _shortest(-denominator)
+def _quotient(numerator: sp.Expr, denominator: sp.Expr, contracts: bool = True) -> sp.Expr:
+    plus = _shortest(denominator, contracts)
+    minus = _shortest(-denominator, contracts)
     if _cheapest((plus, minus)) != plus:
-        return _shortest(-numerator) / minus
-    return _shortest(numerator) / plus
+        return _shortest(-numerator, contracts) / minus
+    return _shortest(numerator, contracts) / plus
 
 
 def _termwise(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
@@ -260,8 +254,8 @@ def _length(expr: sp.Expr) -> int:
 
 
 @lru_cache(maxsize=2048)
-def _shortest(expr: sp.Expr) -> sp.Expr:
-    return expr if _is_monomial(expr) else _cheapest(_writings(expr))
+def _shortest(expr: sp.Expr, contracts: bool) -> sp.Expr:
+    return expr if _is_monomial(expr) else _cheapest(_writings(expr, contracts))
 
 
 def _is_monomial(expr: sp.Expr) -> bool:
@@ -278,9 +272,10 @@ def _is_monomial(expr: sp.Expr) -> bool:
     )
 
 
-def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
+def _writings(expr: sp.Expr, contracts: bool) -> Iterator[sp.Expr]:
+    """Yield writings, also with products of two angles contracted where that is asked for."""
     forms = [expr, *_pythagorean(expr)]
-    if len({a.args[0] for a in expr.atoms(sp.sin, sp.cos)}) > 1:
+    if contracts and len({a.args[0] for a in expr.atoms(sp.sin, sp.cos)}) > 1:
         whole = sp.expand(expr)
         if len(sp.Add.make_args(whole)) <= _PAIRS:
             forms.append(TR10i(whole))

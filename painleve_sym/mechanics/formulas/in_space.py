@@ -17,7 +17,7 @@ from painleve_sym.mechanics.simplify import readable, reduced
 
 SLIP_ANGLE = sp.Symbol("phi_slip", real=True)
 """Angle of the slip from t1 towards t2; rad."""
-LONGEST = 600
+LONGEST = 300
 """Operations of a mass matrix whose inverse is still worth its length."""
 _TOO_LONG = (
     "The inverse of M is too long to be of use in closed form: W = J M^-1 J^T, and `classify` and "

@@ -9,7 +9,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
-from painleve_sym.mechanics.simplify import collapsed, readable, without_high_powers
+from painleve_sym.mechanics.simplify import readable, without_high_powers
 
 # Beyond this many operations in W_nn and W_nt a search for closed forms takes minutes.
 _OPERATIONS = 60
@@ -260,7 +260,7 @@ def least_over_directions(coefficients: ContactCoefficients) -> sp.Expr:
     first, *others = _turned_together(c) or (None,)
     # The eigenvalues do not feel a common turn: the first angle is 0, the others differences.
     W_nn, W_nt, W_tt = (w.subs(first, 0) if others else w for w in (c.W_nn, c.W_nt, c.W_tt))
-    determinant = collapsed(W_nn * W_tt - W_nt**2)
+    determinant = readable(W_nn * W_tt - W_nt**2)
     spread = readable((W_nn - W_tt) ** 2 + 4 * W_nt**2)
     if spread == 0:
         return sp.zoo
