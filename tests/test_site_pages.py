@@ -13,7 +13,7 @@ from tests.site_pages import ROOT, Page, matches
 DOCS = ROOT / "docs"
 PAGES = sorted([*(DOCS / "tutorials").glob("*.md"), *(DOCS / "how-to").glob("*.md")])
 PAGES += [DOCS / "reference" / "cite.md", DOCS / "install.md"]
-SLOW = {"c-code", "cluster", "fit", "own-mechanism"}
+SLOW = {"c-code", "cluster", "figure", "fit", "own-mechanism"}
 # Pages on other libraries, by the module that they import.
 LIBRARIES = {"drake": "pydrake", "mujoco": "mujoco", "pinocchio": "pinocchio"}
 # Pages that show nothing to run.

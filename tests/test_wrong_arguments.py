@@ -79,7 +79,10 @@ CALLS = {
         functools.partial(ps.region_map, "rod", "theta,mu"),
         {"points": 6, "slip": 1, "close": ""},
     ),
-    "compare": (ps.compare, {"mechanism": rod, "state": STATE}),
+    "compare": (
+        functools.partial(ps.compare, steps=(1e-3,), stiffness=(20.9e14,)),
+        {"mechanism": rod, "state": STATE},
+    ),
     "fit": (functools.partial(ps.fit, rod), {"law": "hertz", "data": "no.csv", "estimate": "mu"}),
     "sweep": (functools.partial(ps.sweep, out="no.npz"), {"source": "no.toml"}),
     "explore": (functools.partial(ps.explore, "rod"), {"state": None}),

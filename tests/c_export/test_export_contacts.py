@@ -169,7 +169,7 @@ def test_cases_in_slip_follow_the_signs_also_where_they_are_zero(exported):
             assert given.value == words[wanted], (A, pull, B, s)
 
 
-@pytest.mark.parametrize("load", [0.0, 1e-3])
+@pytest.mark.parametrize("load", [0.0, pytest.param(1e-3, marks=pytest.mark.slow)])
 def test_a_guide_that_needs_no_force_slips_on_or_stays(tmp_path, load):
     """Without a load B = 0, and no force is a solution beside those of the two signs."""
     scenario = SCENARIOS["guide"]

@@ -84,6 +84,7 @@ def test_rigid_motion_that_jams_as_json(capsys):
     assert data["orders"]["stiffness_expected"] is None
 
 
+@pytest.mark.slow
 def test_figure_of_rigid_motion_that_jams(capsys, tmp_path):
     file = tmp_path / "jam.svg"
     code, _, err = run(capsys, *JAMMED, "--out", file)

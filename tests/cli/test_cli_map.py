@@ -76,7 +76,13 @@ def test_map_figure_of_parameters_marks_the_thresholds(capsys, tmp_path):
     assert {r"$\mu_P$", r"$\mu_C$", "$A = 0$", "$B = 0$"} <= texts
 
 
-@pytest.mark.parametrize("over", ["theta,theta_dot", "x_A,y_A_dot", "x_A,y_A", "g,l"])
+@pytest.mark.parametrize(
+    "over",
+    [
+        *("theta,theta_dot", "x_A,y_A"),
+        *(pytest.param(over, marks=pytest.mark.slow) for over in ("x_A,y_A_dot", "g,l")),
+    ],
+)
 @pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
 def test_map_figure_of_few_points_is_drawn(over, tmp_path):
     state = {} if "theta" in over else {"theta": 1.0}

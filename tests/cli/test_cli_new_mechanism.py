@@ -162,6 +162,7 @@ def test_jump_agrees_with_the_impulses_by_hand(capsys, file):
     assert computed == pytest.approx(velocity, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_map_counts_the_inconsistent_points_of_the_coefficients_by_hand(capsys, file):
     where = ("--over", "tau,mu", "--range", "tau=-6:6,mu=0.1:4", "--points", "5")
     data = run_json(capsys, "map", file, *where, "--state", STATE)

@@ -278,7 +278,12 @@ def test_simulate_save_follows_a_link(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
+    ("suffix", "start"),
+    [
+        ("svg", b"<?xml"),
+        pytest.param("png", b"\x89PNG", marks=pytest.mark.slow),
+        pytest.param("pdf", b"%PDF", marks=pytest.mark.slow),
+    ],
 )
 def test_simulate_plot_writes_the_format_of_the_suffix(capsys, tmp_path, suffix, start):
     path = tmp_path / f"run.{suffix}"

@@ -173,7 +173,10 @@ CLOSED = {
 }
 
 
-@pytest.mark.parametrize(("case", "code"), [("bad", 2), ("notice", 0), ("progress", 0)])
+@pytest.mark.parametrize(
+    ("case", "code"),
+    [("bad", 2), ("notice", 0), pytest.param("progress", 0, marks=pytest.mark.slow)],
+)
 def test_nothing_is_said_on_standard_output_where_standard_error_is_closed(case, code):
     done = subprocess.run(
         ["sh", "-c", 'exec "$@" 2>&-', "sh", sys.executable, "-m", "painleve_sym", *CLOSED[case]],

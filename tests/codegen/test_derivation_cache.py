@@ -220,7 +220,13 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+@pytest.mark.parametrize(
+    "damage",
+    [
+        pytest.param(d, id=n, marks=() if n in ("half", "flipped") else pytest.mark.slow)
+        for n, d in DAMAGES.items()
+    ],
+)
 def test_damaged_entry_is_made_anew(cache, damage):
     first = simulators()[0].run(START, t_end=0.2)
     numbers = Delassus.of(sledge()).contact_quantities

@@ -225,7 +225,9 @@ def every_operation():
     return automaton("operations", (mode,), (P1, P2), states=(X, V, X2, Y2))
 
 
-@pytest.mark.parametrize("count", [1, 5, 6, 11])
+@pytest.mark.parametrize(
+    "count", [1, 11, *(pytest.param(n, marks=pytest.mark.slow) for n in (5, 6))]
+)
 def test_series_of_derivatives_are_variational_equations_of_scipy(count):
     """Vectors of directions that are full, not full, and several."""
     a = every_operation()

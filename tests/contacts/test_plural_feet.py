@@ -39,8 +39,11 @@ def _both(names, start, t_end, own):
 @pytest.mark.parametrize(
     "names",
     [
-        *(("hertz",), ("linear",)),
-        *(pytest.param(n, marks=pytest.mark.slow) for n in (("bilinear",), ("linear", "bilinear"))),
+        ("linear",),
+        *(
+            pytest.param(n, marks=pytest.mark.slow)
+            for n in (("hertz",), ("bilinear",), ("linear", "bilinear"))
+        ),
     ],
 )
 @pytest.mark.parametrize("start", STARTS)

@@ -53,14 +53,14 @@ def solutions_by_search(W, b, mu):
     c, u = axes.T @ stick[1:], axes.T @ V[1:, 0]
 
     def acceleration(s):
-        return -c / (stretch + s)
+        return -c / (stretch + np.asarray(s)[..., None])
 
     def excess(s):
         x = acceleration(s)
-        return s * math.hypot(*x) - mu * (stick[0] + u @ x)
+        return s * np.hypot(*x.T) - mu * (stick[0] + x @ u)
 
     grid = np.concatenate([[0.0], np.geomspace(1e-9, 1e9, 4000) * stretch[1]])
-    values = [excess(s) for s in grid]
+    values = excess(grid)
     for (low, high), (f, g) in zip(
         itertools.pairwise(grid), itertools.pairwise(values), strict=True
     ):

@@ -61,6 +61,15 @@ SCENES = {
     "guide": ("painleve-klein", "rigid", {"phi": 1.2, "x_dot": 1.0}, {}, 0.3),
 }
 """Mechanism, laws, start, parameters and end in s."""
+LONG = {
+    "feet that yield",
+    "ladder on springs",
+    "ladder that slides",
+    "rigid and soft foot",
+    "sprung feet",
+    "three soft legs",
+}
+"""Which take seconds to compile."""
 RTOL, LOOSE_RTOL = 1e-11, 1e-9
 LONGEST = {"bilinear-hertz": 0.01, "rigid": 0.2}
 ONE_ANGLE = ("strut", "pr-robot")
@@ -138,7 +147,7 @@ def assert_engines_agree(name, kind, start):
     ("name", "engine"),
     [
         *(
-            pytest.param(name, "compiled", marks=[pytest.mark.slow] * (name == "three soft legs"))
+            pytest.param(name, "compiled", marks=[pytest.mark.slow] * (name in LONG))
             for name in SCENES
         ),
         ("static friction", "erk"),

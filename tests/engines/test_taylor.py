@@ -421,7 +421,10 @@ def _combined(tape, a, values):
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow if n == "rod-bending" else ()) for n in SOFTENED],
+    [
+        pytest.param(n, marks=() if n in ("rod", "strut", "rod-inertia") else pytest.mark.slow)
+        for n in SOFTENED
+    ],
 )
 def test_simplified_tape_equals_field_and_guards(name):
     contact = Simulator(derived(name), law("bilinear-hertz")).contact

@@ -34,7 +34,7 @@ def with_and_without(laws, engine):
 
 CASES = [
     ("rigid", "taylor"),
-    ("A=hertz,B=rigid", "compiled"),
+    pytest.param("A=hertz,B=rigid", "compiled", marks=pytest.mark.slow),
     pytest.param("A=bilinear-hertz,B=linear/spring", "taylor", marks=pytest.mark.slow),
     pytest.param("linear/static", "compiled", marks=pytest.mark.slow),
 ]
@@ -79,7 +79,10 @@ def test_variants_change_runs_by_rounding_only(laws, engine, start):
 
 @pytest.mark.parametrize(
     ("mechanism", "laws"),
-    [(FEET, "rigid"), (FEET, "A=hertz,B=rigid"), (FEET, "linear/static"), (TABLE, "rigid")],
+    [
+        *((FEET, "rigid"), (FEET, "A=hertz,B=rigid"), (FEET, "linear/static")),
+        pytest.param(TABLE, "rigid", marks=pytest.mark.slow),
+    ],
 )
 def test_variants_have_the_fields_and_guards_of_their_mode(mechanism, laws):
     automaton = simulator(mechanism, laws).automaton

@@ -229,7 +229,13 @@ def test_the_first_map_prefers_a_contact_whose_start_is_not_on_a_border(monkeypa
 @pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow if n == "rod-bending" else ()) for n in MODELS],
+    [
+        pytest.param(
+            n,
+            marks=pytest.mark.slow if n in ("rod-bending", "pr-robot", "block-two-feet") else (),
+        )
+        for n in MODELS
+    ],
 )
 def test_first_map_of_every_named_mechanism_has_two_regions(name):
     mechanism = ps.model(name)

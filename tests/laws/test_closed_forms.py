@@ -56,7 +56,13 @@ def _unit_body_in_a_corner():
     return Mechanism("corner", "body in a corner", "made for this test", system, contacts)
 
 
-@pytest.mark.parametrize("mechanism", [derived("block-two-feet"), _unit_body_in_a_corner()])
+@pytest.mark.parametrize(
+    "mechanism",
+    [
+        pytest.param(derived("block-two-feet"), marks=pytest.mark.slow),
+        _unit_body_in_a_corner(),
+    ],
+)
 def test_forms_of_sliding_contacts_make_every_normal_acceleration_zero(mechanism):
     forms, n = _formulas(mechanism), len(mechanism.contacts)
     values = {s: 0.3 for s in mechanism.system.symbols}

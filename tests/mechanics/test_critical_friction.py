@@ -187,7 +187,14 @@ def test_two_link_arm_turned_as_a_whole_keeps_the_eigenvalues():
     assert math.isclose(form.subs(turned), expected, rel_tol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["rod", "eccentric-disc", "cart-pendulum"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "rod",
+        pytest.param("eccentric-disc", marks=pytest.mark.slow),
+        pytest.param("cart-pendulum", marks=pytest.mark.slow),
+    ],
+)
 def test_search_in_contact_finds_the_closed_minimum(name):
     mechanism = derived(name)
     angle = TURNING.get(name, "phi")

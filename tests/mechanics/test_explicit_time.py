@@ -129,6 +129,8 @@ SURFACES = {
     "deforming": {"curve": lambda x, y: y - sp.sin(x - t) / 3},
     "disc": {"slope": SLOPE, "through": MOVES},
 }
+LONG = {"turning", "curved", "deforming"}
+"""Whose second derivatives take seconds."""
 
 
 def on_surface(name):
@@ -159,7 +161,10 @@ def along_a_motion(name):
     return rates, [e.subs(tau, 0) for e in expected]
 
 
-@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow if n in LONG else ()) for n in SURFACES],
+)
 @settings(max_examples=15)
 @given(place=st.tuples(finite, finite, finite), speed=st.tuples(finite, finite, finite), now=finite)
 def test_rates_and_biases_are_the_derivatives_along_any_motion(name, place, speed, now):

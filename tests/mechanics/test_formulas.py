@@ -55,7 +55,13 @@ def test_no_sine_and_cosine_squared_add_up_under_a_root():
     assert float(c.A_stick.subs(numbers)) == pytest.approx(float(W.det() / W[1, 1]), rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["rod", "pr-robot", "belt-oscillator.toml", "rod-in-bowl.toml"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("rod", "belt-oscillator.toml", "rod-in-bowl.toml"),
+        pytest.param("pr-robot", marks=pytest.mark.slow),
+    ],
+)
 def test_named_parts_stand_for_what_they_replace(name):
     mechanism = model(EXAMPLES / name if name.endswith("toml") else name)
     values = [f.value for s in motion_sections(mechanism) for f in s.formulas]

@@ -16,8 +16,9 @@ from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers
 from tests.mechanics.forced import accelerations, directions, forced_automaton, forces
 
-LONG = ("two-link-arm", "pr-robot", "block", "rod-bending")
+LONG = ("two-link-arm", "pr-robot", "block", "rod-bending", "cart-pendulum")
 """Whose compliant automata take many seconds to derive and compile."""
+QUICK = ("rod", "strut", "painleve-klein", "block-two-feet")
 BELTS = ("strut", "two-link-arm")
 
 
@@ -77,7 +78,7 @@ def _by_compiled_code(mechanism, at):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow if n == "rod-bending" else ()) for n in NAMES]
+    "name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in NAMES]
 )
 def test_mechanism_values_and_slopes_are_the_same_in_every_form(name):
     mechanism = derived(name)

@@ -29,7 +29,7 @@ from tests.mechanics.catalogue import by_symbol, derived, random_numbers
 EXAMPLES = Path(__file__).parents[2] / "examples" / "mechanisms"
 FILES = sorted(p.name for p in EXAMPLES.glob("*.toml"))
 # Those that are derived for longest.
-LONG = ("three", "wheel", "elastic")
+LONG = ("three", "wheel", "elastic", "rod-on-ball", "chalk")
 
 SHORT = """\
 [coordinates]
@@ -108,7 +108,9 @@ def test_example_rod_is_the_named_rod(examples):
     assert str(ours.A(-1)) == str(named.A(-1))
 
 
-@pytest.mark.parametrize("file", ["belt-oscillator.toml", "rod-in-bowl.toml"])
+@pytest.mark.parametrize(
+    "file", ["belt-oscillator.toml", pytest.param("rod-in-bowl.toml", marks=pytest.mark.slow)]
+)
 def test_example_moves_softened_and_keeps_its_energy(examples, file):
     mechanism = examples[file]
     run = Simulator(mechanism, law("hertz")).run(mechanism.start, t_end=3e-3)

@@ -123,7 +123,14 @@ def test_velocities_of_the_contact_are_the_rates_of_its_place(name):
 
 
 # That of the brick is too long to be derived; Newton and Euler judge it above.
-@pytest.mark.parametrize("name", [name for name in SPATIAL_MODELS if name != "brick"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name == "slider-3d" else pytest.mark.slow)
+        for name in SPATIAL_MODELS
+        if name != "brick"
+    ],
+)
 def test_numbers_are_those_of_the_closed_forms(name):
     from painleve_sym.codegen.evaluate import numbers as evaluated
     from painleve_sym.mechanics.formulas.in_space import mobility

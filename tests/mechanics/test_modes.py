@@ -40,7 +40,13 @@ CHARACTERISTIC = {
 }
 
 
-@pytest.mark.parametrize("ends", CHARACTERISTIC)
+@pytest.mark.parametrize(
+    "ends",
+    [
+        pytest.param(e, marks=pytest.mark.slow if k > 1 else ())
+        for k, e in enumerate(CHARACTERISTIC)
+    ],
+)
 def test_wavenumbers_are_the_roots_of_the_classical_equations(ends):
     for mode in bending_modes(ends, 8):
         beta = float(mode.wavenumber)

@@ -23,7 +23,15 @@ from tests.mechanics.made_up import MADE_UP, skew_block, two_link_arm
 ALL = {**MODELS, **MADE_UP}
 
 
-@pytest.fixture(scope="module", params=sorted(ALL))
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(
+            n, marks=pytest.mark.slow if n in ("rod-bending", "block", "two-link-arm") else ()
+        )
+        for n in sorted(ALL)
+    ],
+)
 def mechanism(request):
     return ALL[request.param]()
 

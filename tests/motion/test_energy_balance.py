@@ -17,6 +17,10 @@ from painleve_sym.motion.simulator import Simulator
 
 ENGINES = ("compiled", "taylor", "erk")
 COMPLIANT = ("bilinear-hertz", "hertz", "hunt-crossley", "linear")
+QUICK_JAMS = {
+    *(("bilinear-hertz", "compiled"), ("hertz", "taylor"), ("hunt-crossley", "compiled")),
+    *((kind, "erk") for kind in COMPLIANT),
+}
 JAM = {"mu": 2.0}
 """The strut, pressed by the surface that it should slip on: its force grows without end."""
 PUSHED = """
@@ -44,8 +48,14 @@ def strut(kind, engine):
     return Simulator(model("strut"), law(kind), engine)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("kind", COMPLIANT)
+@pytest.mark.parametrize(
+    ("kind", "engine"),
+    [
+        pytest.param(k, e, marks=() if (k, e) in QUICK_JAMS else pytest.mark.slow)
+        for k in COMPLIANT
+        for e in ENGINES
+    ],
+)
 def test_energy_of_a_jam_closes(kind, engine):
     run = strut(kind, engine).run(parameters=JAM, t_end=0.02)
     assert run.stop_reason is StopReason.T_END
@@ -82,7 +92,7 @@ def test_works_of_a_batch_are_those_of_its_runs(engine):
     assert batch["force_dissipation"][1] == run.final["force_dissipation"]
 
 
-@pytest.mark.parametrize("engine", ENGINES[:2])
+@pytest.mark.parametrize("engine", ["taylor", pytest.param("compiled", marks=pytest.mark.slow)])
 def test_bounces_that_die_out_keep_the_energy_and_leave_a_body_at_rest(engine):
     """Gaps that close at one instant but for rounding lower the block; its weight does work."""
     feet = Simulator(model("block-two-feet"), law("rigid"), engine)

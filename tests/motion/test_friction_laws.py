@@ -66,7 +66,7 @@ def rod_simulator(friction):
 # ---- Coulomb is the limit ----
 
 
-@pytest.mark.parametrize("friction", ["static", "stribeck"])
+@pytest.mark.parametrize("friction", ["static", pytest.param("stribeck", marks=pytest.mark.slow)])
 def test_equal_static_and_kinetic_friction_is_coulomb(friction):
     plain = rod_simulator("coulomb").run(TABLE_3, t_end=0.006)
     other = rod_simulator(friction).run(TABLE_3, t_end=0.006, parameters={"static_ratio": 1.0})
@@ -157,7 +157,7 @@ def test_energy_balance_closes_and_the_mirror_image_mirrors(parameters, friction
     assert mirror.final["x_A_dot"] == pytest.approx(-run.final["x_A_dot"], rel=1e-7, abs=1e-9)
 
 
-@pytest.mark.parametrize("friction", ["static", "stribeck"])
+@pytest.mark.parametrize("friction", ["static", pytest.param("stribeck", marks=pytest.mark.slow)])
 def test_rows_of_a_batch_are_the_runs(friction):
     simulator, ratios = rod_simulator(friction), np.linspace(1.0, 2.0, 11)
     batch = run_batch(simulator, TABLE_3, {"static_ratio": ratios}, t_end=0.006)

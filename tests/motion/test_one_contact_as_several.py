@@ -60,7 +60,13 @@ def agree(mechanism, name, state, parameters, t_end):
         assert np.abs(end - same).max() < 1e-7 * np.abs(end).max()
 
 
-@pytest.mark.parametrize("name", ["hertz", "linear", "linear/static", "linear/spring"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("linear", "linear/static"),
+        *(pytest.param(n, marks=pytest.mark.slow) for n in ("hertz", "linear/spring")),
+    ],
+)
 @settings(max_examples=15)
 @given(
     theta=st.floats(0.6, 1.3),

@@ -197,7 +197,7 @@ def test_classification_on_a_lifted_table_is_that_with_more_gravity(motion, mu, 
         assert [s.mode for s in moving.solutions] == [s.mode for s in ground.solutions]
 
 
-@pytest.mark.parametrize("name", ["rigid", "hunt-crossley"])
+@pytest.mark.parametrize("name", ["rigid", pytest.param("hunt-crossley", marks=pytest.mark.slow)])
 def test_motion_on_a_lifted_table_is_that_with_more_gravity(name):
     lift, start = 3.0, {"theta": 0.8, "y": 0.6, "x_dot": -0.7, "theta_dot": 1.1}
     on_ground = rod_simulator("", name).run(start, parameters={"g": G + lift}, t_end=0.4)
@@ -224,7 +224,7 @@ def test_table_at_constant_speed_is_a_belt_to_the_last_bit():
     assert runs[0].state_names == runs[1].state_names
 
 
-@pytest.mark.parametrize("name", ["rigid", "hunt-crossley"])
+@pytest.mark.parametrize("name", ["rigid", pytest.param("hunt-crossley", marks=pytest.mark.slow)])
 def test_coordinates_against_the_table_give_the_motion_of_those_in_space(name):
     """x, y against the table: the motion is in the momenta, not in the gap."""
     move = ("b*sin(omega*t)", "a*sin(omega*t)")

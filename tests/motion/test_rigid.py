@@ -235,7 +235,7 @@ def test_wedged_strut_jams_and_says_so():
     "name",
     [
         "eccentric-disc",
-        "cart-pendulum",
+        pytest.param("cart-pendulum", marks=pytest.mark.slow),
         pytest.param("two-link-arm", marks=pytest.mark.slow),
         pytest.param("pr-robot", marks=pytest.mark.slow),
     ],

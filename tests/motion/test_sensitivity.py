@@ -206,6 +206,7 @@ ARM_WRT = ("theta_1", "theta_2_dot", "mu", "e_energetic", "m_2", "l_1", "u")
         pytest.param(
             engine, "rod", paper_law(reload="virgin"), TABLE_3 | {"y_A_dot": -0.01},
             WRT, {"parameters": HARD, "t_end": 0.01, "until": "separation"}, id=f"rod-{engine}",
+            marks=pytest.mark.slow if engine == "compiled" else (),
         )
         for engine in ("erk", "compiled")
     ]

@@ -226,7 +226,9 @@ def test_equal_static_and_kinetic_friction_is_coulomb(simulator):
     assert {"slip_start", "slip_stop"} <= {e.kind for e in plain.events}
 
 
-@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize(
+    "pair", [PAIRS[0], *(pytest.param(p, marks=pytest.mark.slow) for p in PAIRS[1:])]
+)
 def test_mirrored_motion_is_the_mirror_image(simulator, pair):
     p, turned = own_parameters(*pair, 1.4, 0.05), {"u": -U}
     mirrored = {n: -v if n.startswith("x") else v for n, v in START.items()}

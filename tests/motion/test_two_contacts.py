@@ -73,7 +73,9 @@ def test_rocking_loses_what_housner_says(feet, h):
     assert run.energy_residual < 1e-9
 
 
-@pytest.mark.parametrize("law", ["energetic", "poisson", "newton"])
+@pytest.mark.parametrize(
+    "law", ["energetic", *(pytest.param(n, marks=pytest.mark.slow) for n in ("poisson", "newton"))]
+)
 def test_a_falling_block_comes_to_rest(law):
     """Bounces and rocking accumulate and end; the energy closes through hundreds of impacts."""
     simulator = Simulator(model("block-two-feet"), RigidLaw(law))
@@ -198,8 +200,15 @@ def kinetic_energy(state):
     return (x**2 + y**2 + 0.02 * spin**2) / 2
 
 
-@pytest.mark.parametrize("law", ["newton", "poisson", "energetic"])
-@pytest.mark.parametrize("e", [0.2, 0.5])
+@pytest.mark.parametrize(
+    ("law", "e"),
+    [
+        *(("newton", 0.2), ("energetic", 0.5)),
+        pytest.param("newton", 0.5, marks=pytest.mark.slow),
+        pytest.param("energetic", 0.2, marks=pytest.mark.slow),
+        *(pytest.param("poisson", e, marks=pytest.mark.slow) for e in (0.2, 0.5)),
+    ],
+)
 def test_closing_short_bounces_adds_no_energy(law, e):
     """Bounces too short for the time to tell are closed; feet that stick are not set in motion.
 

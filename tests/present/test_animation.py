@@ -19,6 +19,7 @@ from painleve_sym.present.animation import Animation
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "animation.md").read_text("utf-8")
+QUICK_FILMS = ("rod", "strut", "painleve-klein", "block-two-feet")
 COMMANDS = re.findall(r"^painleve animate .*$", PAGE, re.M)
 
 
@@ -29,7 +30,7 @@ def bounce() -> Trajectory:
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow if n == "rod-bending" else ()) for n in MODELS],
+    [pytest.param(n, marks=() if n in QUICK_FILMS else pytest.mark.slow) for n in MODELS],
 )
 def test_every_named_mechanism_has_a_film(name, tmp_path):
     run = simulate(name, "rigid", None, t_end=0.05)

@@ -76,8 +76,15 @@ def outcomes(over="E", unit="Pa", values=(1e9, 9e9)) -> OutcomeMap:
 # ---- every figure of a command, in a column and on a page ----
 
 
-@pytest.mark.parametrize("width", [COLUMN, PAGE])
-@pytest.mark.parametrize("name", ["one", "two", "regions", "comparison", "outcomes"])
+@pytest.mark.parametrize(
+    ("name", "width"),
+    [
+        *(("one", COLUMN), ("two", PAGE), ("regions", COLUMN)),
+        *(("comparison", PAGE), ("outcomes", COLUMN)),
+        *(pytest.param(n, PAGE, marks=pytest.mark.slow) for n in ("one", "regions", "outcomes")),
+        *(pytest.param(n, COLUMN, marks=pytest.mark.slow) for n in ("two", "comparison")),
+    ],
+)
 def test_texts_are_apart_and_inside_at_both_widths(name, width, request):
     subject = outcomes() if name == "outcomes" else request.getfixturevalue(name)
     figures = {"regions": map_figure, "comparison": contrast_figure, "outcomes": outcome_figure}

@@ -237,7 +237,14 @@ def test_report_needs_a_html_file(capsys):
     assert "need one of .html" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("model", ["block-two-feet", "painleve-klein", "eccentric-disc"])
+@pytest.mark.parametrize(
+    "model",
+    [
+        "block-two-feet",
+        pytest.param("painleve-klein", marks=pytest.mark.slow),
+        pytest.param("eccentric-disc", marks=pytest.mark.slow),
+    ],
+)
 def test_pages_of_other_mechanisms(model, tmp_path):
     case = Scenario(model, law="rigid", t_end=0.02)
     run_page(case, case.simulate()).write(tmp_path / "page.html")

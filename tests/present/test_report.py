@@ -65,6 +65,7 @@ def test_report_markdown_names_every_item_and_figure(written):
     assert r"\frac{" in text
 
 
+@pytest.mark.slow
 def test_report_figures_are_the_same_every_time(written, tmp_path, few):
     out, _ = written
     write_report(few, tmp_path)

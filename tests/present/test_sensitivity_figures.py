@@ -73,7 +73,9 @@ def test_a_history_is_drawn_over_time():
     np.testing.assert_allclose(figure.axes[0].lines[0].get_xdata(), [0.0, 1.0, 2.0])
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+@pytest.mark.parametrize(
+    "suffix", ["svg", *(pytest.param(s, marks=pytest.mark.slow) for s in ("png", "pdf"))]
+)
 def test_motions_row_by_row_are_drawn_against_the_data(tmp_path, suffix):
     path = tmp_path / f"fit.{suffix}"
     write_figure(fit_figure(result(None), UNITS), path)

@@ -6,6 +6,7 @@ import functools
 import math
 
 import numpy as np
+import pytest
 import sympy as sp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -297,7 +298,7 @@ def _compare(actual: Impact, results: list[float], size: float) -> None:
     assert math.isclose(actual.tangential_impulse, tangential, abs_tol=impulse)
 
 
-@given(
+SLIDING_HITS = given(
     W=mobilities(correlation=0.95),
     mu=st.floats(0.05, 3.0),
     v_t=st.one_of(st.floats(0.01, 3.0), st.floats(-3.0, -0.01)),
@@ -305,8 +306,22 @@ def _compare(actual: Impact, results: list[float], size: float) -> None:
     rule=LAW,
     e=st.floats(0.05, 1.0),
 )
-@settings(max_examples=400)
+
+
+@SLIDING_HITS
+@settings(max_examples=100)
 def test_impact_is_of_the_one_class_whose_closed_form_holds(W, mu, v_t, v_n, rule, e):
+    _assert_one_class(W, mu, v_t, v_n, rule, e)
+
+
+@pytest.mark.slow
+@SLIDING_HITS
+@settings(max_examples=400)
+def test_each_of_many_impacts_is_of_one_class(W, mu, v_t, v_n, rule, e):
+    _assert_one_class(W, mu, v_t, v_n, rule, e)
+
+
+def _assert_one_class(W, mu, v_t, v_n, rule, e):
     (W_nn, W_nt), (_, W_tt) = W
     # The skew block has W_nn = 1/(m d), W_nt = −c/(m d), W_tt = (c² + d)/(m d).
     c = -W_nt / W_nn

@@ -118,6 +118,7 @@ def test_order_of_contacts_does_not_matter(start):
     assert _end(runs[0]) == pytest.approx(_end(runs[1]), rel=1e-7, abs=1e-8)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(mass=st.floats(-6, 6), length=st.floats(-6, 6), speed=st.floats(-3, 3))
 def test_units_do_not_matter_over_twelve_decades(mass, length, speed):

@@ -266,6 +266,15 @@ MOTIONS = {
 }
 
 
+LONG = {
+    "bead in a groove",
+    "block with two feet, rigid and compliant",
+    "block with two feet, static friction and Stribeck's curve",
+    "block with two feet, tangential springs",
+}
+"""Which take seconds to derive and compile."""
+
+
 @functools.cache
 def _simulator(name: str) -> Any:
     return MOTIONS[name].simulator(MOTIONS[name].mechanism())
@@ -315,7 +324,9 @@ def _kinds(run: Any) -> list[tuple[str, ...]]:
     return [(str(e.kind), e.contact, e.mode_before, e.mode_after) for e in run.events]
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in LONG else ()) for n in MOTIONS]
+)
 @settings(max_examples=20)
 @given(factors=FACTORS)
 @example(factors=MILLI)

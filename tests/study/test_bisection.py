@@ -135,7 +135,7 @@ def test_the_borders_draw_together_as_the_sliding_solution_lasts_longer(finder):
     ("name", "law_name"),
     [
         ("rod", "bilinear-hertz"),
-        ("rod-inertia", "bilinear-hertz"),
+        pytest.param("rod-inertia", "bilinear-hertz", marks=pytest.mark.slow),
         ("rod-inertia", "hertz"),
         pytest.param("cart-pendulum", "bilinear-hertz", marks=pytest.mark.slow),
         pytest.param("cart-pendulum", "hertz", marks=pytest.mark.slow),

@@ -158,7 +158,10 @@ def test_numbers_of_the_study_are_computed_again():
 
 @pytest.mark.parametrize(
     ("theta", "mu", "approach"),
-    [(1.0, 0.3, 0.1), (1.0, 0.5, 0.1), (1.0, 0.62, 0.1), (1.3, 0.25, 0.2)],
+    [
+        *((1.0, 0.62, 0.1), (1.3, 0.25, 0.2)),
+        *(pytest.param(1.0, mu, 0.1, marks=pytest.mark.slow) for mu in (0.3, 0.5)),
+    ],
 )
 def test_invariant_keeps_its_value_through_lift_offs(theta, mu, approach):
     modes = study.Modes(STEEL, 8, 2)

@@ -324,7 +324,14 @@ def test_a_damaged_chunk_is_computed_again(tmp_path):
     assert finished(sweep, out) == whole
 
 
-@pytest.mark.parametrize("name", ["final_theta_dot", "stop_reason", sweep_store.SUMS])
+@pytest.mark.parametrize(
+    "name",
+    [
+        sweep_store.SUMS,
+        pytest.param("final_theta_dot", marks=pytest.mark.slow),
+        pytest.param("stop_reason", marks=pytest.mark.slow),
+    ],
+)
 def test_a_flipped_bit_anywhere_in_a_column_is_computed_again(tmp_path, name):
     """Also in its header, which then has any text."""
     sweep, out = sweep_of(SMALL), tmp_path / "out.npz"

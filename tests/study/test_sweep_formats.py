@@ -46,7 +46,14 @@ def opened(xarray, path: Path):
     return xarray.open_dataset(path, engine="h5netcdf")
 
 
-@pytest.mark.parametrize("text", [SMALL, SAMPLED, BOUNCES], ids=["grid", "sample", "events"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param(SMALL, id="grid"),
+        pytest.param(SAMPLED, id="sample", marks=pytest.mark.slow),
+        pytest.param(BOUNCES, id="events"),
+    ],
+)
 def test_all_formats_hold_the_same(tmp_path, text):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("zarr")

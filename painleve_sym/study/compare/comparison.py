@@ -68,7 +68,7 @@ class Comparison:
     --------
     >>> import painleve_sym as ps
     >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-    >>> comparison = ps.compare("rod", state, t_end=1e-3)
+    >>> comparison = ps.compare("rod", state, steps=(1e-4,), t_end=1e-3)
     >>> len(comparison.acceleration_level.classification.solutions)
     0
     >>> list(comparison.jumps)
@@ -211,7 +211,7 @@ def compare(
     --------
     >>> import painleve_sym as ps
     >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-    >>> answers = ps.compare("rod", state, solvers=("lemke",), stiffness=(20.9e14,))
+    >>> answers = ps.compare("rod", state, solvers=("lemke",), steps=(1e-3,), stiffness=(2e15,))
     >>> answers.impact_without_collision
     True
     """
