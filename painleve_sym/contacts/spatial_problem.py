@@ -20,24 +20,23 @@ from __future__ import annotations
 
 import itertools
 import math
-import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
 from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.array_checks import finite_array, mobility_matrix_faults
+from painleve_sym.contacts.ball_law import BallLaw
 from painleve_sym.contacts.disc_at_rest import forces_at_rest
 from painleve_sym.contacts.friction_set import Disc, FrictionSet
 from painleve_sym.contacts.local_mode import ContactMode, Vector
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.resting_contacts import search, solve_one
-from painleve_sym.contacts.scaled_law import DISTINCT, ROUNDING, SIGN, ratio
+from painleve_sym.contacts.scaled_law import ROUNDING
 from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
 from painleve_sym.errors import InputError, received
 
@@ -250,17 +249,17 @@ class SpatialProblem:
         """
         if not self.resting:
             return tuple(map(self._from_plane, self.plane.solutions()))
-        W, b, mu, unit = self._scaled
+        W, b, mu, _ = self._scaled
         if len(self.friction) == 1:
             given = (
                 (r.force, (r.mode,), r.isolated)
                 for r in forces_at_rest(W.tolist(), b.tolist(), *mu)
             )
-            return self._checked(given, unit)
+            return self._checked(given)
         if self._of_one is not None:
-            return self._checked(((f, None, alone) for f, alone in self._of_one), unit)
+            return self._checked(((f, None, alone) for f, alone in self._of_one))
         ends = search(W, b, mu, self.friction, self.directions, self.rows)
-        return self._checked(((force, None, None) for force in ends), unit)
+        return self._checked((force, None, None) for force in ends)
 
     def case_of(self, solutions: Sequence[SpatialSolution]) -> ContactCase:
         """Classify the problem by its solutions; see `ContactCase`."""
@@ -359,10 +358,10 @@ class SpatialProblem:
     def _checked(
         self,
         given: Iterable[tuple[Vector, Sequence[ContactMode] | None, bool | None]],
-        unit: FloatArray,
     ) -> tuple[SpatialSolution, ...]:
         """Return those scaled forces that solve the problem, each once, by their normal forces."""
-        law = _BallLaw(self)
+        W, b, mu, unit = self._scaled
+        law = BallLaw(W, b, mu, self.directions, self.rows)
         kept: list[tuple[Vector, tuple[ContactMode, ...], float, bool | None]] = []
         for forces, modes, isolated in given:
             residual = law.residual(forces)
@@ -389,119 +388,6 @@ class SpatialProblem:
             self._solution(unit * np.array(forces), modes, residual, isolated)
             for forces, modes, residual, isolated in kept
         )
-
-
-class _BallLaw:
-    """The laws of all contacts on scaled forces: friction within a ball of radius μ F_n.
-
-    All measures are free of units and of the choice of the tangents: forces and accelerations of
-    the tangents count by their length.
-    """
-
-    def __init__(self, problem: SpatialProblem) -> None:
-        W, b, self.mu, _ = problem._scaled
-        self.W, self.b = W, b
-        self.ways = problem.directions
-        self.parts = [part for own in problem.rows for part in ([own[0]], list(own[1:]))]
-        self.count = len(problem.friction)
-        self.at = ContactRows(self.count)  # of the parts: normals, and tangents by their length
-        rows: list[Vector] = W.tolist()
-        self.sizes = [
-            [math.hypot(*(rows[i][j] for i in p for j in q)) for q in self.parts]
-            for p in self.parts
-        ]
-        self.offsets = self._lengths(b)
-
-    def _lengths(self, vector: npt.NDArray[np.float64]) -> Vector:
-        return [math.hypot(*vector[p].tolist()) for p in self.parts]
-
-    def _terms(self, lengths: Vector) -> Vector:
-        return [
-            sum(map(operator.mul, row, lengths)) + offset
-            for row, offset in zip(self.sizes, self.offsets, strict=True)
-        ]
-
-    def residual(self, forces: Vector) -> float:
-        """Return the largest violation of a law, as a fraction of its terms."""
-        point = np.array(forces)
-        if not np.isfinite(point).all():
-            return math.inf
-        a, lengths = self.W @ point + self.b, self._lengths(point)
-        terms, worst = self._terms(lengths), 0.0
-        for i in range(self.count):
-            n, t = self.at.normal(i), self.at.tangent(i)
-            normal, (a_n,) = float(point[self.parts[n][0]]), a[self.parts[n]].tolist()
-            friction, a_t = point[self.parts[t]].tolist(), a[self.parts[t]].tolist()
-            leaving = ratio(a_n, terms[n])
-            weight = max(
-                ratio(self.sizes[k][n] * abs(normal), terms[k]) for k in range(self.at.size)
-            )
-            held = max(weight if normal < 0 else min(weight, abs(leaving)), -leaving, 0.0)
-            if normal == 0 and leaving < -SIGN:
-                return 1.0
-            limit = self.mu[i] * max(normal, 0.0)
-            span = lengths[t] + limit
-            outside = ratio(lengths[t] - limit, span)
-            if self.ways[i]:
-                missed = math.hypot(
-                    *(f + limit * e for f, e in zip(friction, self.ways[i], strict=True))
-                )
-                opposing = ratio(missed, span)
-            else:
-                size = terms[t] * lengths[t]
-                along = ratio(sum(map(operator.mul, friction, a_t)), size)
-                across = 0.0
-                if len(friction) == 2:
-                    across = ratio(abs(friction[0] * a_t[1] - friction[1] * a_t[0]), size)
-                inside = min(
-                    max(-outside, 0.0), ratio(math.hypot(*a_t), terms[t])
-                )  # less than the limit only without acceleration
-                opposing = max(inside, across, along if along > SIGN else 0.0)
-            worst = max(worst, held, outside, opposing)
-        return worst
-
-    def modes(self, forces: Vector) -> list[ContactMode]:
-        """Return the modes that forces show."""
-        point, modes = np.array(forces), []
-        lengths = self._lengths(point)
-        for i, e in enumerate(self.ways):
-            normal = float(point[self.parts[self.at.normal(i)][0]])
-            size = lengths[self.at.tangent(i)]
-            if normal == 0:
-                modes.append(ContactMode.LIFTOFF)
-            elif e or size >= self.mu[i] * normal * (1 - 1e-9):
-                modes.append(ContactMode.SLIP)
-            else:
-                modes.append(ContactMode.STICK)
-        return modes
-
-    def same(self, first: Vector, second: Vector) -> bool:
-        """Return whether two forces are equal, or with several contacts their accelerations."""
-        if self.near(first, second):
-            return True
-        p, q = np.array(first), np.array(second)
-        step, sizes = (
-            self._lengths(self.W @ (p - q)),
-            list(map(max, self._lengths(p), self._lengths(q))),
-        )
-        terms = self._terms(sizes)
-        return self.count > 1 and all(map(lambda s, size: s <= DISTINCT * size, step, terms))
-
-    def near(self, first: Vector, second: Vector) -> bool:
-        """Return whether the step between two forces is negligible for every acceleration."""
-        p, q = np.array(first), np.array(second)
-        sizes = list(map(max, self._lengths(p), self._lengths(q)))
-        step, terms = self._lengths(p - q), self._terms(sizes)
-        return all(
-            ratio(w * s, size) <= DISTINCT
-            for row, size in zip(self.sizes, terms, strict=True)
-            for w, s in zip(row, step, strict=True)
-        )
-
-    def order(self, forces: Vector) -> Vector:
-        """Return by what solutions are ordered: the normal forces, then the others."""
-        point = np.array(forces)
-        return [*point[[p[0] for p in self.parts[self.at.normals]]].tolist(), *forces]
 
 
 _STATED = "SpatialProblem cannot be stated, "

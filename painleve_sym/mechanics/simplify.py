@@ -200,7 +200,7 @@ def _power_terms(terms: float, power: int) -> float:
     return float(min(math.comb(int(terms) + power - 1, power), 2 * _TERMS))
 
 
-def _quotient(numerator: sp.Expr, denominator: sp.Expr, contracts: bool = True) -> sp.Expr:
+def _quotient(numerator: sp.Expr, denominator: sp.Expr, *, contracts: bool = True) -> sp.Expr:
     plus = _shortest(denominator, contracts)
     minus = _shortest(-denominator, contracts)
     if _cheapest((plus, minus)) != plus:
