@@ -80,3 +80,10 @@ def test_readable_only_factors_a_long_expression():
     point = {a: 0.7, mu: 1.4, m: 1.0}
     assert sp.count_ops(simplified) < sp.count_ops(long)
     assert math.isclose(_value(simplified, point), _value(long, point), rel_tol=1e-12)
+
+
+def test_readable_collapses_a_long_expression_whose_terms_cancel():
+    power = (m * s + mu * c + b) ** 4
+    long = sp.expand(power) - power + (m * s**2 + m * c**2) / (mu + 1)
+    assert sp.count_ops(long) > 100
+    assert str(readable(long)) == "m/(mu + 1)"
