@@ -296,6 +296,7 @@ def test_simulate_plot_writes_the_format_of_the_suffix(capsys, tmp_path, suffix,
     assert path.read_bytes() == first
 
 
+@pytest.mark.slow
 def test_simulate_plot_of_many_events_is_written(capsys, tmp_path):
     path = tmp_path / "run.png"
     options = (*LAW, "--t-end", "0.1", "--plot", path)

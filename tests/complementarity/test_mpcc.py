@@ -115,6 +115,7 @@ def test_solve_mpcc_reports_not_verified_for_a_tolerance_below_rounding(monkeypa
     assert result.status is MPCCStatus.NOT_VERIFIED
 
 
+@pytest.mark.slow
 def test_solve_mpcc_all_repeats_itself():
     lcp = LCP(np.diag([1.0, -1.0, 2.0, -3.0, 1.0]), [-1, 1, 1, 1, -1])
     first, second = (solve_mpcc_all(lcp) for _ in range(2))

@@ -115,7 +115,7 @@ def test_feet_that_come_to_rest_together_share_their_friction(name):
         assert final[key] == pytest.approx(value, rel=1e-8, abs=2e-9), key
 
 
-@pytest.mark.parametrize("name", ["hertz", "bilinear"])
+@pytest.mark.parametrize("name", ["hertz", pytest.param("bilinear", marks=pytest.mark.slow)])
 def test_a_level_drop_at_rest_bounces_like_one_mass_on_two_springs(name):
     # Nothing pushes along the ground; forces die out together with what friction can bear.
     given = LAWS[name][1] | {"beta": 0.0}

@@ -350,6 +350,7 @@ def test_a_file_is_the_same_as_python():
         assert np.allclose(at.b, b, rtol=1e-10, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_commands_take_it_with_the_keys_of_angles(capsys):
     assert main(["classify", BRICK, "--json"]) == 0
     own = json.loads(capsys.readouterr().out)

@@ -67,6 +67,7 @@ def rules():
     return at
 
 
+@pytest.mark.slow
 def test_first_table_has_the_rebounds_of_steel_and_of_the_limit_study(rules):
     rows = table("Table 3, ẏ_A")
     for column, modulus in ((0, STEEL), (2, LIMIT_STUDY)):

@@ -155,6 +155,7 @@ def test_many_gaining_impacts_are_summed_up():
     assert sentences[-1] == "2 more impacts add 1 J in all."
 
 
+@pytest.mark.slow
 def test_simulate_prints_and_lists_the_notice(capsys):
     words = ["simulate", "block-two-feet", "--law", "rigid", "--t-end", "1e-6"]
     words += ["--law-set", "restitution=newton,e_newton=0.9813", "--set", options(BLOCK)]

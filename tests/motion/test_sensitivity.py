@@ -127,6 +127,7 @@ def test_states_and_forces_between_events():
             np.testing.assert_allclose(derivative * size, exact * size, rtol=1e-6, atol=bound)
 
 
+@pytest.mark.slow
 def test_where_an_event_ends_the_run_its_time_moves_along():
     run = softened().sensitivities(
         TABLE_3 | {"y_A": 0.01}, WRT, parameters=HARD, t_end=1.0, until="touchdown", rtol=1e-12

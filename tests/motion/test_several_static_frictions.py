@@ -244,7 +244,9 @@ def test_mirrored_motion_is_the_mirror_image(simulator, pair):
             assert runs[1].final[name] == sign * value
 
 
-@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize(
+    "pair", [PAIRS[0], *(pytest.param(p, marks=pytest.mark.slow) for p in PAIRS[1:])]
+)
 @settings(max_examples=15)
 @given(exponents=st.tuples(*3 * (st.floats(-12, 12),)))
 def test_motion_follows_a_change_of_the_units(simulator, pair, exponents):

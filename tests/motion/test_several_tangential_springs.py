@@ -148,6 +148,7 @@ def test_engines_agree():
             assert run.final[name] == pytest.approx(runs[0].final[name], rel=1e-8, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_stiff_springs_are_coulomb_friction_while_the_feet_slide():
     start = {"y_A": -1e-4, "theta": 1e-3, "x_A_dot": -3.0}
     soft = {"k": 1e5, "c": 0.0}

@@ -321,6 +321,7 @@ def test_batch_is_its_single_runs_bit_for_bit():
     assert list(batch["y_A_dot"]) == [r.final["y_A_dot"] for r in single]
 
 
+@pytest.mark.slow
 def test_derivatives_are_differences():
     state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
     options = {"t_end": 0.004, "rtol": 1e-12, "initial_force": 400.0}

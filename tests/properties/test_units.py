@@ -268,6 +268,7 @@ MOTIONS = {
 
 LONG = {
     "bead in a groove",
+    "block, rigid",
     "block with two feet, rigid and compliant",
     "block with two feet, static friction and Stribeck's curve",
     "block with two feet, tangential springs",

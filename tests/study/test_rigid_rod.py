@@ -210,6 +210,7 @@ def test_page_prints_the_tables_of_the_study():
         assert text in PAGE, text
 
 
+@pytest.mark.slow
 def test_numbers_of_the_study_are_computed_again():
     _, k = study.contact(study.WEIGHT)
     (row,) = [r for r in DATA["thresholds"]["angle"] if r["theta"] == 1.0]
