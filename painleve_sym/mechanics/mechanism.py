@@ -191,7 +191,7 @@ class Mechanism(Shown, Deferred):
         if self.outline.in_space:
             raise InputError(
                 f"mechanism {self.name!r} is in space, which is not offered here yet. "
-                "Fix: use classify, derive, jump or map, or a planar mechanism."
+                "Fix: use certify, classify, contrast, derive, jump or map, or a planar mechanism."
             )
 
     def require_opening(self, where: str, fix: str) -> None:

@@ -229,6 +229,7 @@ class Scenario:
     def contact_law(self) -> Law | LawsByContact:
         """Return the contact law with its choices; InputError where none is named."""
         if self.law is None:
+            self.mechanism().require_planar()
             raise InputError(
                 f"{self.where}: no contact law, and a motion needs one. "
                 "Fix: give --law, such as bilinear-hertz, or [law] in a file; `painleve laws` "
@@ -282,6 +283,7 @@ class Scenario:
     def settings(self) -> RunSettings:
         """The settings of a motion, checked; InputError where there is no end time."""
         if self.t_end is None:
+            self.mechanism().require_planar()
             raise InputError(
                 f"{self.where}: no end time, and a motion needs one. "
                 "Fix: give --t-end in s, or t_end in a file."
@@ -353,6 +355,12 @@ class Scenario:
         contact_law = self.contact_law() if self.law is not None else None
         if not isinstance(contact_law, ContactLaw):
             return None
+        if self.mechanism().outline.in_space:
+            raise InputError(
+                f"{self.where}: law: got {contact_law.name!r}, and the jump at finite stiffness is "
+                "planar so far. Fix: leave the law out, or use contrast, which has compliant "
+                "contacts in space."
+            )
         from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
 
         of_law, own = dict(self.law_parameters), {p.name for p in contact_law.parameters}

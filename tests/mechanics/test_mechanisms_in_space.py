@@ -453,6 +453,9 @@ def test_bodies_in_the_plane_and_in_space_do_not_mix():
         ["automaton", "rod-3d", "--law", "rigid"],
         ["export", "rod-3d", "--law", "rigid", "--out", "folder"],
         ["explore", "rod-3d", "--out", "page.html"],
+        # What is missing besides does not come first.
+        ["simulate", "rod-3d"],
+        ["export", "rod-3d", "--out", "folder"],
         ["animate", "rod-3d", "--law", "rigid", "--t-end", "0.1", "--out", "film.gif"],
     ],
 )
@@ -462,6 +465,12 @@ def test_commands_that_do_not_take_space_say_so(words, capsys, tmp_path, monkeyp
     error = capsys.readouterr().err
     assert "is in space, which is not offered here yet" in error
     assert "Traceback" not in error and not list(tmp_path.iterdir())
+
+
+def test_jump_with_a_law_in_space_names_what_has_compliant_contacts_there(capsys):
+    assert main(["jump", "rod-3d", "--set", "mu=1.5", "--law", "hertz"]) == 2
+    error = capsys.readouterr().err
+    assert "the jump at finite stiffness is planar so far. Fix: leave the law out" in error
 
 
 @pytest.mark.parametrize(
