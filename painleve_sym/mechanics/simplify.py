@@ -81,9 +81,9 @@ def _few_terms(expr: sp.Expr) -> Iterator[sp.Expr]:
 
     Rounded numbers do not cancel.
     """
-    parts = sp.fraction(sp.together(expr))
     if expr.has(sp.Float):
         return
+    parts = sp.fraction(sp.together(expr))
     if any(_too_many_terms(part, _COLLAPSED) for part in parts):
         return
     short = []
@@ -102,7 +102,7 @@ def _few_terms(expr: sp.Expr) -> Iterator[sp.Expr]:
 def reduced(expr: sp.Expr) -> sp.Expr:
     """Return a polynomial in sines and cosines multiplied out and shortened by sin² + cos² = 1.
 
-    Meant for long determinants, for which `readable` does not search. What would have too many
+    Meant for long determinants, of more terms than `readable` searches. What would have too many
     terms is returned unchanged.
     """
     if _too_many_terms(expr, _REDUCED):
