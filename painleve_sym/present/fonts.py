@@ -6,8 +6,9 @@ import functools
 import warnings
 from typing import Any
 
+from matplotlib.cbook import is_math_text
 from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 
 from painleve_sym.errors import PainleveWarning
 
@@ -70,5 +71,7 @@ def text_width(text: str, size: float) -> float:
     """Return the width of a text of this size in points; inch."""
     own = _letters(findfont(FAMILY))
     known = "".join(c if ord(c) in own else "M" for c in text)
+    formulas = bool(is_math_text(known))
+    words = known if formulas else known.replace(r"\$", "$")
     font = FontProperties(family=FAMILY, size=size)
-    return float(TextPath((0, 0), known, prop=font).get_extents().width) / 72 if known else 0.0
+    return float(text_to_path.get_text_width_height_descent(words, font, formulas)[0]) / 72

@@ -13,11 +13,10 @@ from typing import Any, ParamSpec
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from painleve_sym.errors import InputError
 from painleve_sym.escape import html_text as escape
@@ -141,6 +140,17 @@ STYLE: Any = {
 }
 
 
+class PlainTicks(ScalarFormatter):
+    """Numbers along an axis as words, where matplotlib reads and draws each as a formula.
+
+    The power of ten that they share stays a formula.
+    """
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the text of a tick."""
+        return super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
+
+
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     """Let a function draw in the style of the project, with fonts that have every letter."""
 
@@ -148,6 +158,10 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.rc_context(STYLE):
             figure = draw(*args, **kwargs)
+            for axes in figure.axes:
+                for axis in (axes.xaxis, axes.yaxis):
+                    if type(axis.get_major_formatter()) is ScalarFormatter:
+                        axis.set_major_formatter(PlainTicks())
             for text in figure.findobj(Text):
                 make_legible(text)
         return figure
@@ -288,10 +302,20 @@ def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> 
     if suffix not in _METADATA:
         raise InputError(f"figure {path}: got {suffix!r}, need one of {', '.join(_METADATA)}.")
     chosen.apply(figure)
-    options: dict[str, Any] = {"format": suffix[1:], "metadata": _METADATA[suffix]}
     with matplotlib.rc_context(STYLE):
         lay_out(figure)
-        write_beside(path, lambda file: figure.savefig(file, **options))
+        write_beside(path, lambda file: _print(figure, file, suffix))
+
+
+def _print(figure: Figure, file: Any, suffix: str) -> None:
+    """Draw a figure that is laid out to a file, once, where savefig would draw twice."""
+    shown, dpi, name = figure.canvas, figure.dpi, suffix[1:]
+    canvas: Any = get_registered_canvas_class(name)(figure)
+    try:
+        getattr(canvas, f"print_{name}")(file, metadata=_METADATA[suffix])
+    finally:
+        figure.set_canvas(shown)
+        figure.dpi = dpi
 
 
 def svg_text(figure: Figure, label: str, title: str = "") -> str:
@@ -302,7 +326,7 @@ def svg_text(figure: Figure, label: str, title: str = "") -> str:
     text = io.StringIO()
     with matplotlib.rc_context(STYLE):
         lay_out(figure)
-        figure.savefig(text, format="svg", metadata=_METADATA[".svg"])
+        _print(figure, text, ".svg")
     return inline_svg(text.getvalue(), label, title)
 
 
@@ -328,13 +352,6 @@ def save(figure: Figure, stem: Path, look: Look | None = None) -> tuple[Path, ..
         stem.with_name(f"{stem.name}.{suffix}") for suffix in ("png", "svg", chosen.file_format)
     )
     more = () if chosen.file_format in ("", "png", "svg") else (other,)
-    for path in more:
+    for path in (*more, png, svg):
         write_figure(figure, path)
-    # The canvases draw once each, where savefig would draw twice.
-    with matplotlib.rc_context(STYLE):
-        lay_out(figure)
-        pixels: Any = FigureCanvasAgg(figure)
-        write_beside(png, lambda file: pixels.print_png(file, metadata=_METADATA[".png"]))
-        lines: Any = FigureCanvasSVG(figure)
-        write_beside(svg, lambda file: lines.print_svg(file, metadata=_METADATA[".svg"]))
     return png, svg, *more
