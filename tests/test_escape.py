@@ -19,7 +19,7 @@ from matplotlib.mathtext import MathTextParser
 
 from painleve_sym.c_export import export
 from painleve_sym.cli import main
-from painleve_sym.cli.derive import latex_page
+from painleve_sym.cli.formula_pages import latex_page
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, ModelError

@@ -139,9 +139,13 @@ def assignments(values: Mapping[str, float], units: Mapping[str, str]) -> str:
 
 def show(text: str = "") -> None:
     """Print a line, wrapped at 80 columns with its indentation kept."""
+    print(wrapped(text))
+
+
+def wrapped(text: str) -> str:
+    """Return a line wrapped at 80 columns with its indentation kept."""
     if len(text) <= WIDTH:
-        print(text)
-        return
+        return text
     indent = " " * (len(text) - len(text.lstrip()) + 2)
     lines = textwrap.wrap(
         text,
@@ -151,7 +155,7 @@ def show(text: str = "") -> None:
         break_on_hyphens=False,
         drop_whitespace=True,
     )
-    print("\n".join(lines))
+    return "\n".join(lines)
 
 
 def show_table(

@@ -121,11 +121,11 @@ def test_automaton_json_targets_are_modes(capsys):
 @pytest.fixture(scope="module")
 def forms(request):
     """Every format once: the closed forms take seconds to find."""
-    from painleve_sym.cli import derive
+    from painleve_sym.cli import formula_pages
 
-    formulas = derive.closed_forms(model("rod"))
+    formulas = formula_pages.closed_forms(model("rod"))
     patch = pytest.MonkeyPatch()
-    patch.setattr(derive, "closed_forms", lambda _: formulas)
+    patch.setattr(formula_pages, "closed_forms", lambda _: formulas)
     request.addfinalizer(patch.undo)
 
 

@@ -46,9 +46,18 @@ def _close(a, b):
 
 
 @pytest.mark.slow
-def test_derive_prints_a_mechanism_file(capsys):
-    assert main(["derive", str(FILES / "wheel-on-slope.toml")]) == 0
-    assert "A" in capsys.readouterr().out
+def test_derive_of_a_file_has_its_words_and_its_default_parameters(capsys, tmp_path):
+    text, path = (FILES / "wheel-on-slope.toml").read_text("utf-8"), tmp_path / "wheel.toml"
+    pages = []
+    for title, distance in [("driven", "0.1"), ("driven", "0.2"), ("drawn", "0.2")]:
+        changed = text.replace("driven eccentric", f"{title} eccentric")
+        path.write_text(changed.replace("default = 0.1, ", f"default = {distance}, "), "utf-8")
+        assert main(["derive", str(path)]) == 0
+        pages.append(capsys.readouterr().out)
+    first, second, third = pages
+    assert "finds 1.07029, at phi = 0.765487." in first
+    assert "finds" in second and "1.07029" not in second
+    assert third == second.replace("driven eccentric", "drawn eccentric")
 
 
 def test_a_file_that_is_no_mechanism_and_no_scenario_is_one_sentence(capsys, tmp_path):

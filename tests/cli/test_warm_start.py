@@ -16,6 +16,8 @@ FEET = ("block-two-feet", "--state", "x_A_dot=-1")
 COMMANDS = {
     "version": ("--version",),
     "help": ("--help",),
+    "derive": ("derive", "rod"),
+    "derive as data": ("derive", "block", "--json"),
     "models": ("models", "--json"),
     "laws": ("laws", "--json"),
     "classify": ("classify", *ROD, "--json"),
@@ -77,7 +79,7 @@ def cold(tmp_path_factory):
 
 
 def test_modules_of_commands_that_the_cache_serves_do_not_load_sympy():
-    commands = ("classify", "critical", "explore", "export", "map", "run", "sweep")
+    commands = ("classify", "critical", "derive", "explore", "export", "map", "run", "sweep")
     modules = [f"painleve_sym.cli.{name}" for name in commands]
     modules += [f"painleve_sym.explorer.{name}" for name in ("exact_start", "source", "wasm")]
     process(
