@@ -177,7 +177,7 @@ def test_words_and_units_of_a_film(slow):
     assert "time, magnified where it is short (ms)" in words and "$F_n$ (N)" in words
     colours = {t.get_text(): t.get_color() for t in shown.figure.texts}
     assert (colours["$F_n$"], colours["$F_t$"], colours["slip"]) == (NORMAL, TANGENTIAL, SLIP)
-    clock = re.fullmatch(r"\$t\$ = (\d\.\d+) ms    slow motion 1 : [\d,]+", shown.clock.get_text())
+    clock = re.fullmatch(r"time (\d\.\d+) ms    slow motion 1 : [\d,]+", shown.clock.get_text())
     assert clock and float(clock[1]) == pytest.approx(1e3 * scene.times[6], abs=0.01)
 
 
