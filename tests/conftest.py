@@ -16,8 +16,14 @@ settings.register_profile("explore", print_blob=True, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
+def pytest_collection():
+    """Look for no garbage in collection, which makes what lives on: modules, and the tests."""
+    gc.disable()
+
+
 def pytest_collection_finish():
-    """Spare the garbage collector what lives on: modules, and the tests themselves."""
+    """Spare the garbage collector all of that from now on."""
+    gc.enable()
     gc.collect()
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)
