@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 from painleve_sym.escape import html_text
@@ -25,8 +26,14 @@ _WIDE, _HIGH, _ACROSS, _DOWN, _EDGE = 150, 34, 240, 74, 20  # px, of boxes and b
 class Imports(ast.NodeVisitor):
     """Imports of one module of the package that run, with their lines; those for types are none."""
 
-    def __init__(self, name: str, modules: set[str]) -> None:
+    def __init__(self, name: str, modules: set[str], *, calls: bool) -> None:
         self.name, self.modules, self.imports = name, modules, dict[str, int]()
+        self.calls = calls  # whether a call may import, so that expressions are read
+
+    def visit(self, node: ast.AST) -> None:
+        """Read statements, and expressions where one may import."""
+        if self.calls or not isinstance(node, ast.expr):
+            super().visit(node)
 
     def visit_If(self, node: ast.If) -> None:
         """Read what runs: not what is for type checkers alone."""
@@ -47,7 +54,7 @@ class Imports(ast.NodeVisitor):
 
     def visit_Call(self, node: ast.Call) -> None:
         """Add what is imported by a string."""
-        if ast.unparse(node.func).split(".")[-1] in ("import_module", "__import__"):
+        if called(node) in ("import_module", "__import__"):
             given = node.args[0]
             first = given.values[0] if isinstance(given, ast.JoinedStr) else given
             text = first.value if isinstance(first, ast.Constant) else ""
@@ -62,16 +69,24 @@ class Imports(ast.NodeVisitor):
             self.imports[module] = line
 
 
+def called(node: ast.Call) -> str:
+    """Return the name of the function that is called, without its module or object."""
+    func = node.func
+    return str(getattr(func, "attr", getattr(func, "id", "")))
+
+
+@cache
 def imports_of(root: Path) -> dict[str, dict[str, int]]:
     """Return the imports of every module by module, each with its line."""
     paths = {}
     for path in (root / PACKAGE).rglob("*.py"):
         parts = path.relative_to(root).with_suffix("").parts
         paths[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    every = {}
+    every, modules = {}, set(paths)
     for name, path in paths.items():
-        reader = Imports(name, set(paths))
-        reader.visit(ast.parse(path.read_text("utf-8")))
+        source = path.read_text("utf-8")
+        reader = Imports(name, modules, calls="import_module" in source or "__import__" in source)
+        reader.visit(ast.parse(source))
         every[name] = reader.imports
     del every[PACKAGE]
     return every
