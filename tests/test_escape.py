@@ -102,19 +102,23 @@ def with_texts(mechanism, text):
 # ---- Python ----
 
 
+@pytest.fixture(scope="module")
+def codes(point, sections):
+    """Return the modules of the mechanism with each text."""
+    return {text: python_module(with_texts(point, text), sections) for text in HOSTILE}
+
+
 @hostile
-def test_python_module_holds_a_text_in_docstrings_alone(point, sections, text):
-    code = python_module(with_texts(point, text), sections)
+def test_python_module_holds_a_text_in_docstrings_alone(codes, text):
+    code = codes[text]
     assert python_faults(code) == []
     about = ast.get_docstring(ast.parse(code))
     assert f"Closed forms of {plain(f'{text}: {text}')}." in about
 
 
-def test_python_modules_of_hostile_texts_are_imported_and_run_nothing(point, sections, tmp_path):
+def test_python_modules_of_hostile_texts_are_imported_and_run_nothing(codes, tmp_path):
     for i, text in enumerate(HOSTILE):
-        (tmp_path / f"m{i}.py").write_text(
-            python_module(with_texts(point, text), sections), "utf-8"
-        )
+        (tmp_path / f"m{i}.py").write_text(codes[text], "utf-8")
     (tmp_path / "run.py").write_text(
         f"import builtins, os\nran = []\nbuiltins.{CANARY} = lambda: ran.append(1)\n"
         f"os.system = ran.append\nfor i in range({len(HOSTILE)}):\n"
