@@ -10,8 +10,8 @@ from tests.fuzz.calls import call, make_store
 from tests.fuzz.inputs import CORPUS, KINDS, SHARES, FuzzInput, input_of
 
 KEPT = sorted(CORPUS.glob("*.json"))
-# Long powers of sines, whose closed forms take half a minute.
-SLOW = {"state-in-which-the-contact-does-not-slide"}
+# Long powers of sines, whose closed forms take half a minute, and runs of 50 000 steps.
+SLOW = {"state-in-which-the-contact-does-not-slide", "long-fit"}
 
 
 @pytest.fixture(scope="module")
