@@ -58,8 +58,23 @@ def regions():
 
 
 @pytest.fixture(scope="module")
+def one_figure(one):
+    return one.plot()
+
+
+@pytest.fixture(scope="module")
+def two_figure(two):
+    return two.plot()
+
+
+@pytest.fixture(scope="module")
+def map_of_regions(regions):
+    return map_figure(regions, PAGE)
+
+
+@pytest.fixture(scope="module")
 def comparison():
-    return compare("rod", ROD, steps=(1e-3, 1e-4), stiffness=(2e13, 2e15), t_end=5e-3)
+    return compare("rod", ROD, steps=(1e-3, 5e-4), stiffness=(2e13, 2e15), t_end=5e-3)
 
 
 def outcomes(over="E", unit="Pa", values=(1e9, 9e9)) -> OutcomeMap:
@@ -98,10 +113,10 @@ def test_texts_are_apart_and_inside_at_both_widths(name, width, request):
         assert all(box.y1 <= axes.bbox.y0 for axes in figure.axes)
 
 
-def test_column_has_no_magnified_panel(one):
+def test_column_has_no_magnified_panel(one, one_figure):
     titles = [axes.get_title(loc="left") for axes in one.plot(COLUMN).axes]
     assert titles[0].startswith("rod,") and not any("magnified" in title for title in titles)
-    assert any("magnified" in axes.get_title(loc="left") for axes in one.plot(PAGE).axes)
+    assert any("magnified" in axes.get_title(loc="left") for axes in one_figure.axes)
 
 
 @pytest.mark.parametrize("count", [2, 3, 6])
@@ -123,8 +138,8 @@ def grey(colour):
     return 116 * math.cbrt(np.dot([0.2126, 0.7152, 0.0722], linear)) - 16
 
 
-def test_normal_and_tangential_force_differ_in_colour_grey_and_dashes(one):
-    normal, tangential = one.plot().axes[0].lines[:2]
+def test_normal_and_tangential_force_differ_in_colour_grey_and_dashes(one_figure):
+    normal, tangential = one_figure.axes[0].lines[:2]
     assert [normal.get_label(), tangential.get_label()] == ["$F_n$", "$F_t$"]
     assert (normal.get_color(), tangential.get_color()) == (NORMAL, TANGENTIAL)
     assert normal.get_linestyle() != tangential.get_linestyle()
@@ -133,8 +148,8 @@ def test_normal_and_tangential_force_differ_in_colour_grey_and_dashes(one):
     assert grey(TANGENTIAL) < 62
 
 
-def test_curves_of_a_motion_are_its_values_in_the_units_of_the_axes(one):
-    axes = {a.get_ylabel(): a for a in one.plot().axes}
+def test_curves_of_a_motion_are_its_values_in_the_units_of_the_axes(one, one_figure):
+    axes = {a.get_ylabel(): a for a in one_figure.axes}
     for label, name, factor in (
         ("$y_A$ (μm)", "y_A", 1e6),
         (r"$\dot{x}_A$ (m/s)", "x_A_dot", 1.0),
@@ -142,7 +157,7 @@ def test_curves_of_a_motion_are_its_values_in_the_units_of_the_axes(one):
     ):
         x, y = axes[label].lines[0].get_data()
         np.testing.assert_allclose(y, factor * one.values(name, np.asarray(x) / 1e3), rtol=1e-9)
-    forces = one.plot().axes[0]
+    forces = one_figure.axes[0]
     assert (forces.get_xlabel(), forces.get_ylabel()) == ("time (ms)", "force (N)")
     x, y = forces.lines[1].get_data()
     np.testing.assert_allclose(y, one.outputs(np.asarray(x) / 1e3)["tangential_force"], rtol=1e-9)
@@ -150,16 +165,16 @@ def test_curves_of_a_motion_are_its_values_in_the_units_of_the_axes(one):
     assert low < min(y) and max(y) < high
 
 
-def test_marks_stand_at_the_time_and_force_of_their_events(one):
-    marks = {line.get_label(): line for line in one.plot().axes[0].lines}
+def test_marks_stand_at_the_time_and_force_of_their_events(one, one_figure):
+    marks = {line.get_label(): line for line in one_figure.axes[0].lines}
     (event,) = one.events_of("max_compression")
     np.testing.assert_allclose(
         marks["maximum compression"].get_xydata(), [[event.time * 1e3, event.normal_force]]
     )
 
 
-def test_several_contacts_are_named_and_drawn_alike(two):
-    normal, tangential = two.plot().axes[:2]
+def test_several_contacts_are_named_and_drawn_alike(two, two_figure):
+    normal, tangential = two_figure.axes[:2]
     assert (normal.get_ylabel(), tangential.get_ylabel()) == ("$F_n$ (N)", "$F_t$ (N)")
     for axes, name in ((normal, "normal_force"), (tangential, "tangential_force")):
         lines = axes.lines[:2]
@@ -173,12 +188,12 @@ def test_several_contacts_are_named_and_drawn_alike(two):
             inside = np.asarray(x) < 0.4
             expected = two.outputs(np.asarray(x)[inside])[f"{name}_{contact}"]
             np.testing.assert_allclose(np.asarray(y)[inside], expected, rtol=1e-9)
-    assert legend_names(two.plot())[:2] == ["A", "B"]
+    assert legend_names(two_figure)[:2] == ["A", "B"]
 
 
-def test_rounding_is_drawn_as_a_flat_line(two):
+def test_rounding_is_drawn_as_a_flat_line(two, two_figure):
     assert 0 < abs(two.final["theta"]) < 1e-13
-    axes = {a.get_ylabel(): a for a in two.plot().axes}
+    axes = {a.get_ylabel(): a for a in two_figure.axes}
     for label in (r"$\theta$ (rad)", r"$\dot{\theta}$ (rad/s)"):
         low, high = axes[label].get_ylim()
         assert high == -low > 1e-3
@@ -195,8 +210,8 @@ def test_limits_are_those_of_the_scale_only_where_the_values_are_rounding(size, 
     assert (high - low > 0.1) == flat and low < 2.0 < high
 
 
-def test_parabola_of_one_step_is_drawn_as_a_curve(two):
-    x, y = next(a for a in two.plot().axes if a.get_ylabel() == "$x_A$ (m)").lines[0].get_data()
+def test_parabola_of_one_step_is_drawn_as_a_curve(two, two_figure):
+    x, y = next(a for a in two_figure.axes if a.get_ylabel() == "$x_A$ (m)").lines[0].get_data()
     assert len(x) > 500
     np.testing.assert_allclose(y, two.values("x_A", x), rtol=1e-9, atol=1e-15)
 
@@ -204,9 +219,8 @@ def test_parabola_of_one_step_is_drawn_as_a_curve(two):
 # ---- maps ----
 
 
-def test_axes_and_title_of_a_map_have_symbols_units_and_the_direction_of_slip(regions):
-    figure = map_figure(regions, PAGE)
-    axes = figure.axes[0]
+def test_axes_and_title_of_a_map_have_symbols_units_and_the_direction_of_slip(map_of_regions):
+    axes = map_of_regions.axes[0]
     assert axes.get_xlabel() == r"$\theta$ (rad)"
     assert axes.get_ylabel() == r"$\dot{\theta}$ (rad/s)"
     assert axes.get_xlim() == (0.5, 1.4) and axes.get_ylim() == (-6.0, 4.0)
@@ -227,8 +241,8 @@ def test_title_of_a_map_names_what_closes_the_contact():
     assert title.endswith("$y_{A}$ closes the contact") and "$y_{A} =" not in title
 
 
-def test_picture_of_a_map_has_its_cases_in_their_colours_the_right_way_up(regions):
-    axes = map_figure(regions).axes[0]
+def test_picture_of_a_map_has_its_cases_in_their_colours_the_right_way_up(regions, map_of_regions):
+    axes = map_of_regions.axes[0]
     (image,) = axes.images
     left, right, bottom, top = image.get_extent()
     cells = np.asarray(image.get_array())
@@ -245,8 +259,8 @@ def test_picture_of_a_map_has_its_cases_in_their_colours_the_right_way_up(region
     assert (regions.case != regions.case[:, ::-1]).any()
 
 
-def test_legend_of_a_map_names_the_fills_that_occur(regions):
-    names = legend_names(map_figure(regions))
+def test_legend_of_a_map_names_the_fills_that_occur(regions, map_of_regions):
+    names = legend_names(map_of_regions)
     occurring = [n for n in regions.counts if regions.counts[n]]
     assert len([n for n in names if n not in ("flow of slip", "$A = B = 0$")]) == len(occurring)
     assert ("inconsistent: no solution" in names) == (regions.counts["inconsistent"] > 0)

@@ -19,8 +19,13 @@ FIGURES = ("fig-2", "fig-4", "fig-8", "fig-10", "fig-12")
 
 
 @pytest.fixture(scope="module")
-def figures():
-    return {item.id: (item, painted(draw(item.series))) for item in reproduce(FIGURES).items}
+def items():
+    return reproduce(["figure"]).items
+
+
+@pytest.fixture(scope="module")
+def figures(items):
+    return {i.id: (i, painted(draw(i.series))) for i in items if i.id in FIGURES}
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -77,8 +82,8 @@ def test_figure_curves_show_inside_their_panel(figures, name):
             assert np.any((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)) or len(x) == 2
 
 
-def test_figure_marks_have_a_name_for_every_kind_used():
-    kinds = {m.kind for i in reproduce(["figure"]).items for p in i.series for m in p.marks}
+def test_figure_marks_have_a_name_for_every_kind_used(items):
+    kinds = {m.kind for i in items for p in i.series for m in p.marks}
     assert kinds <= set(MARKERS)
 
 
