@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import pytest
 
@@ -106,7 +107,12 @@ def test_command_shows_progress_on_a_terminal_alone(monkeypatch, terminals):
 
 
 def test_tqdm_is_loaded_for_a_terminal_alone():
-    code = "import sys, painleve_sym as ps; ps.reproduce(['eq-1']); print('tqdm' in sys.modules)"
+    package = Path(ps.__file__).parent
+    importing = [p for p in package.rglob("*.py") if re.search("(from|import) tqdm", p.read_text())]
+    assert importing == [package / "progress.py"]
+    code = "import sys; from painleve_sym.progress import progress, show_progress\n"
+    code += "with show_progress(), progress('work', 1) as advance: advance(1)\n"
+    code += "print('tqdm' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
 
