@@ -472,17 +472,16 @@ def test_other_suffixes_are_rejected(capsys, tmp_path):
 
 
 def test_without_a_compiler_one_sentence_says_what_helps(
-    no_compiler, capsys, tmp_path, monkeypatch
+    no_compiler, cache, capsys, tmp_path, sledge
 ):
-    monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path / "cache"))
-    words = ("explore", "rod", "--law", "hertz", "--out", tmp_path / "page.html")
+    words = ("explore", sledge, "--law", "linear", "--out", tmp_path / "page.html")
     code, _, error = run(capsys, *words)
     assert code != 0 and not (tmp_path / "page.html").exists()
     assert "no compiler for WebAssembly" in error and "painleve-sym[web]" in error
     assert "the rod with its default law needs neither" in error
     assert ps.explore("rod").prebuilt
     with pytest.raises(CompilerMissing):
-        ps.explore("rod", "hertz")
+        ps.explore(sledge, "linear")
 
 
 def test_each_module_of_the_page_imports_only_earlier_ones():
