@@ -6,7 +6,7 @@ import ctypes
 import functools
 import operator
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -83,7 +83,8 @@ class EngineCode(NamedTuple):
 class CompiledEngine:
     """Runge–Kutta 8(5,3) with located events, wholly in compiled code.
 
-    The functions are those of the automaton, where they are not the plain ones.
+    The functions are those of the automaton, where they are not the plain ones; the cache keeps
+    their C under the key, where one is given.
     """
 
     name = "compiled"
@@ -91,20 +92,28 @@ class CompiledEngine:
     lanes = 1  # motions of a batch side by side
 
     def __init__(
-        self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
+        self,
+        automaton: HybridAutomaton,
+        functions: AutomatonFunctions | None = None,
+        key: str | None = None,
     ) -> None:
         from painleve_sym.codegen.modes import AutomatonFunctions
 
         functions = functions or AutomatonFunctions(automaton)
-        sizes = functions.x.numel(), functions.z.numel(), functions.c.numel()
-        text = self._source(functions)
+        entry = read_entry(key) if key else None
+        if entry is None:
+            sizes = [functions.x.numel(), functions.z.numel(), functions.c.numel()]
+            entry = {"text": self._source(functions), "sizes": [*sizes, functions.output_size]}
+            if key:
+                write_entry(key, entry)
+        text: str = entry["text"]
         # With derivatives a motion runs alone, and gains a tenth by all that a compiler can do.
         alone = text if functions.directions else self._alone(text)
         self._open(
             Outline.of(automaton),
             compiled_library(alone),
             lambda: compiled_library(text),
-            (*sizes, functions.output_size),
+            entry["sizes"],
         )
 
     @classmethod
@@ -189,7 +198,7 @@ class CompiledEngine:
         outline: Outline,
         library: Path,
         lanes: Callable[[], Path],
-        sizes: tuple[int, int, int, int] | None = None,
+        sizes: Sequence[int] | None = None,
     ) -> None:
         self.library = library
         self._lanes_library = lanes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.choices import EngineLike, EngineName, chosen
@@ -28,6 +29,7 @@ def make_engine(
     automaton: HybridAutomaton | AutomatonBuilder,
     name: EngineLike = EngineName.AUTO,
     functions: AutomatonFunctions | None = None,
+    key: Callable[[str], str | None] = lambda _: None,
 ) -> Engine:
     """Return an engine: ``taylor``, ``compiled`` (Runge–Kutta), ``erk`` (CasADi's) or ``auto``.
 
@@ -35,7 +37,8 @@ def make_engine(
     compiler it is ``erk``, with a notice, for one contact: several contacts need a compiler. Where
     a mode has no Taylor series, ``compiled`` takes the place of ``taylor``, with a notice where
     that was asked for. What a builder derives is taken from the cache where it was derived and
-    compiled before. `functions` are those of the automaton where they are not the plain ones.
+    compiled before. `functions` are those of the automaton where they are not the plain ones, and
+    `key` gives the name of their entry in the cache for an engine.
 
     Raises
     ------
@@ -53,12 +56,12 @@ def make_engine(
     try:
         if name in (EngineName.AUTO, EngineName.TAYLOR):
             try:
-                return _compiled(TaylorEngine, automaton, functions)
+                return _compiled(TaylorEngine, automaton, functions, key)
             except NoRecurrence as error:
                 if name is EngineName.TAYLOR:
                     _notice(f"engine 'taylor': {error}. Engine 'compiled' (Runge–Kutta) is used.")
         if name is not EngineName.ERK:
-            return _compiled(CompiledEngine, automaton, functions)
+            return _compiled(CompiledEngine, automaton, functions, key)
     except CompilerMissing as error:
         if name is not EngineName.AUTO:
             raise
@@ -78,11 +81,12 @@ def _notice(message: str) -> None:
 def _compiled(
     kind: type[CompiledEngine],
     automaton: HybridAutomaton | AutomatonBuilder,
-    functions: AutomatonFunctions | None = None,
+    functions: AutomatonFunctions | None,
+    key: Callable[[str], str | None],
 ) -> CompiledEngine:
     builder: Any = automaton
     return (
         kind.of_builder(builder)
         if hasattr(type(builder), "automaton")
-        else kind(builder, functions)
+        else kind(builder, functions, key(kind.name))
     )

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.motion.sensitivity import variational
 from painleve_sym.motion.sensitivity.result import EventMarks
 from painleve_sym.motion.simulator import Simulator
 from tests.support.paper_law import paper_law
@@ -394,3 +395,26 @@ def test_a_reset_without_a_derivative_is_reported():
     assert sensitivities.trajectory.stop_reason is StopReason.T_END
     assert len(sensitivities.events) == len(sensitivities.trajectory.events)
     assert np.isfinite(sensitivities.at(0.01)).all() and np.isnan(sensitivities.at(0.04)).all()
+
+
+def test_the_c_of_derivatives_is_written_once(monkeypatch):
+    options = {"t_end": 1e-5, "parameters": HARD}
+    first = softened().sensitivities(TABLE_3, ("mu", "theta"), **options)
+
+    def refuse(_):
+        raise AssertionError("this should have come from the cache")
+
+    again = Simulator(model("rod"), paper_law(reload="virgin"))
+    monkeypatch.setattr(type(again.integrator), "_source", staticmethod(refuse))
+    second = again.sensitivities(TABLE_3, ("mu", "theta"), **options)
+    np.testing.assert_array_equal(second.final_jacobian, first.final_jacobian)
+
+
+def test_other_directions_and_laws_are_other_c(monkeypatch):
+    monkeypatch.setattr(variational, "make_engine", lambda *given: given[-1]("taylor"))
+    directions = [("mu", "theta"), ("theta", "mu"), ("E", "theta"), ("mu", "y_A"), ("mu",)]
+    names = [variational.Directions(softened(), wrt, False).engine for wrt in directions]
+    elastic = Simulator(model("rod"), paper_law(reload="elastic"))
+    names.append(variational.Directions(elastic, directions[0], False).engine)
+    assert None not in names and len(set(names)) == len(names)
+    assert variational.Directions(softened(), directions[0], False).engine == names[0]

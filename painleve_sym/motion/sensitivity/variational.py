@@ -14,6 +14,7 @@ from sympy import Expr, Symbol, diff, sympify
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineName, Record
+from painleve_sym.codegen.derivation_cache import ENGINE, entry_key
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
@@ -224,16 +225,26 @@ class Directions:
     @cached_property
     def functions(self) -> VariationalFunctions:
         """Functions of state and derivatives."""
-        automaton = self.simulator.automaton
-        names = [s.name for s in automaton.parameters]
-        moved = [names.index(w) if w in names else None for w in self.wrt]
-        return VariationalFunctions(automaton, moved, self._moved_at_start[1])
+        return VariationalFunctions(
+            self.simulator.automaton, self._moved, self._moved_at_start[1]
+        )
+
+    @cached_property
+    def _moved(self) -> list[int | None]:
+        """The index of the parameter that each direction moves, None where it moves none."""
+        names = [s.name for s in self.simulator.automaton.parameters]
+        return [names.index(w) if w in names else None for w in self.wrt]
 
     @cached_property
     def engine(self) -> Engine:
         """The engine of state and derivatives, compiled on first use."""
-        sim = self.simulator
-        return make_engine(sim.automaton, EngineName(sim.integrator.name), self.functions)
+        sim, start = self.simulator, self._moved_at_start[1].tolist()
+
+        def key(engine: str) -> str | None:
+            title = f"C of engine {engine} by parameters {self._moved} and states {start}"
+            return entry_key(title, sim.contact, by=ENGINE)
+
+        return make_engine(sim.automaton, EngineName(sim.integrator.name), self.functions, key)
 
     # ---- the run ----
 
