@@ -59,7 +59,7 @@ class ChatterRatio:
 
     def _in_cycle(self, expr: sp.Expr) -> sp.Expr:
         arriving = {V_T: TAU, V_N: sp.Integer(-1)}
-        return sp.sympify(expr).subs(arriving, simultaneous=True)
+        return sp.sympify(expr).xreplace(arriving)
 
     @cached_property
     def ratio(self) -> sp.Expr:

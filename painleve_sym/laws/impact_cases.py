@@ -47,7 +47,7 @@ class ImpactCase:
             P_R1: sp.Add(*(p.normal_impulse for p in earlier)),
             E_R1: sp.Add(*(p.stored_energy for p in earlier)),
         }
-        return self.law.final_velocity.subs(closed, simultaneous=True)
+        return self.law.final_velocity.xreplace(closed)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
@@ -76,7 +76,7 @@ class ImpactCase:
     @cached_property
     def energy_change(self) -> sp.Expr:
         """∫F_n v_n dt + ∫F_t v_t dt; J. The change of kinetic energy over a surface at rest."""
-        friction = self.course.friction_work.subs(V_N_PLUS, self.separation_velocity)
+        friction = self.course.friction_work.xreplace({V_N_PLUS: self.separation_velocity})
         return friction - sp.Add(*(phase.stored_energy for phase in self.phases))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 
 import sympy as sp
 
@@ -36,11 +37,13 @@ EQUATIONS: Mapping[str, Callable[[sp.Symbol], sp.Eq]] = {
 """The equation that ends restitution, by law, of its coefficient."""
 
 
+@cache
 def separation_velocity(equation: sp.Eq) -> sp.Expr:
     """Return v_n⁺ that solves the equation of a law; see `RestitutionLaw.separation_velocity`."""
     return _solved(equation, {P_R: V_N_PLUS / A_R, E_R: -(V_N_PLUS**2) / (2 * A_R)})
 
 
+@cache
 def final_velocity(equation: sp.Eq) -> sp.Expr:
     """Return v_n⁺ that solves the equation of a law; see `RestitutionLaw.final_velocity`."""
     impulse = P_R1 + (V_N_PLUS - V_N_1) / A_R

@@ -77,7 +77,7 @@ class Phase:
         """Return the phase with its starting velocities replaced by other expressions."""
 
         def put(expr: sp.Expr) -> sp.Expr:
-            return sp.sympify(expr).subs(dict(start), simultaneous=True)
+            return sp.sympify(expr).xreplace(dict(start))
 
         return replace(
             self,
