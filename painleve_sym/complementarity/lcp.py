@@ -12,7 +12,7 @@ Cottle, Pang & Stone (1992), "CPS" below.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from painleve_sym.errors import InputError
 
 ENUMERATION_LIMIT = 14  # 2**14 cones take a few seconds, and each further pair doubles that
 RESIDUAL_TOLERANCE = 1e-10  # a stable solve leaves some 1e-15; a wrong sign leaves order one
+Face = tuple[FloatArray, BoolArray]  # a point of it, and which entries vary along it
 _ROUND_OFF = 1e-13  # of the largest entry: what a solve may leave of a zero, on scaled entries
 
 
@@ -153,13 +154,14 @@ def solve_all(lcp: LCP, tol: float = RESIDUAL_TOLERANCE) -> tuple[LCPSolution, .
             "Fix: call solve_lemke for one solution."
         )
     scaled, unit = equilibrate(lcp)
+    supports = _between(np.zeros(lcp.size, bool), np.ones(lcp.size, bool))
+    faces = {support.tobytes(): _cone_face(scaled, support) for support in supports}
     points: list[FloatArray] = []
-    for support in _between(np.zeros(lcp.size, bool), np.ones(lcp.size, bool)):
-        face = _cone_face(scaled, support)
+    for face in faces.values():
         point = None if face is None else cleaned(scaled, face[0], tol)
         if point is not None and not any(_same(scaled, point, other, tol) for other in points):
             points.append(point)
-    return tuple(solution_at(lcp, scaled, unit, point) for point in points)
+    return tuple(solution_at(lcp, scaled, unit, point, faces) for point in points)
 
 
 def equilibrate(lcp: LCP) -> tuple[LCP, FloatArray]:
@@ -243,7 +245,7 @@ def _between(least: BoolArray, most: BoolArray) -> Iterator[BoolArray]:
             yield support
 
 
-def _cone_face(lcp: LCP, support: BoolArray) -> tuple[FloatArray, BoolArray] | None:
+def _cone_face(lcp: LCP, support: BoolArray) -> Face | None:
     """Return a point of one complementary cone's solutions and which entries vary along them."""
     index = np.flatnonzero(support)
     # On the support z >= 0 is to hold, elsewhere w >= 0.
@@ -258,8 +260,17 @@ def _cone_face(lcp: LCP, support: BoolArray) -> tuple[FloatArray, BoolArray] | N
     return z, varies
 
 
-def solution_at(lcp: LCP, scaled: LCP, unit: FloatArray, point: FloatArray) -> LCPSolution:
-    """Return the solution in the units of `lcp`, with what varies around it."""
+def solution_at(
+    lcp: LCP,
+    scaled: LCP,
+    unit: FloatArray,
+    point: FloatArray,
+    known: Mapping[bytes, Face | None] | None = None,
+) -> LCPSolution:
+    """Return the solution in the units of `lcp`, with what varies around it.
+
+    `known` are the faces of all sets, where they have been tried.
+    """
     z = unit * point
     w = lcp.matrix @ z + lcp.offset
     z.setflags(write=False)
@@ -269,7 +280,8 @@ def solution_at(lcp: LCP, scaled: LCP, unit: FloatArray, point: FloatArray) -> L
     varying: tuple[bool, ...] | None = None
     if np.sum(open_pair & ~active) <= ENUMERATION_LIMIT:
         # Every solution near this one lies in a cone that also holds this one.
-        faces = (_cone_face(scaled, support) for support in _between(active, active | open_pair))
+        supports = _between(active, active | open_pair)
+        faces = (known[s.tobytes()] if known else _cone_face(scaled, s) for s in supports)
         moving = np.any([face[1] for face in faces if face is not None], axis=0)
         varying = tuple(bool(flag) for flag in np.broadcast_to(moving, z.shape))
     return LCPSolution(z, w, residual(lcp, z), tuple(bool(flag) for flag in active), varying)
