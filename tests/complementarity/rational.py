@@ -6,6 +6,8 @@ from fractions import Fraction
 import numpy as np
 from hypothesis import strategies as st
 
+from tests.support.drawn import integers
+
 
 def unique_solution(rows, values):
     """Solve rows x = values over the rationals; None unless there is exactly one solution."""
@@ -59,17 +61,25 @@ def among(z, candidates):
     return any(np.allclose(z, other, rtol=1e-9, atol=1e-12) for other in others)
 
 
-entries = st.integers(-3, 3)
 orders = st.integers(1, 3)
-# Many magnitudes, but none that overflow when multiplied.
-magnitudes = st.builds(lambda a, k: a * 10.0**k, entries, st.integers(-9, 9))
+
+
+def entries(count):
+    """Return the strategy of lists of so many integers, from -3 to 3."""
+    return integers([range(-3, 4)] * count)
+
+
+def magnitudes(count):
+    """Return the strategy of such lists of many magnitudes, none of which overflow in products."""
+    parts = st.tuples(entries(count), integers([range(-9, 10)] * count))
+    return parts.map(lambda drawn: [a * 10.0**k for a, k in zip(*drawn, strict=True)])
 
 
 @st.composite
-def problems(draw, sizes=orders, entry=entries):
+def problems(draw, sizes=orders, numbers=entries):
     n = draw(sizes)
-    matrix = draw(st.lists(st.lists(entry, min_size=n, max_size=n), min_size=n, max_size=n))
-    return matrix, draw(st.lists(entry, min_size=n, max_size=n))
+    drawn = draw(numbers(n * n + n))
+    return [drawn[i : i + n] for i in range(0, n * n, n)], drawn[n * n :]
 
 
 @st.composite

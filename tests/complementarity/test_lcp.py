@@ -18,6 +18,7 @@ from tests.complementarity.rational import (
     magnitudes,
     problems,
 )
+from tests.support.drawn import integers
 
 # --- statement and residual -------------------------------------------------------------------
 
@@ -81,14 +82,13 @@ def test_residual_refuses_a_point_of_other_length():
 def test_residual_is_unchanged_under_change_of_units(problem, data):
     matrix, offset = (np.array(part, dtype=float) for part in problem)
     n = offset.size
-    powers = st.lists(st.integers(-20, 20).map(lambda k: 2.0**k), min_size=n, max_size=n)
-    row, column = np.array(data.draw(powers)), np.array(data.draw(powers))
-    z = np.array(data.draw(st.lists(entries, min_size=n, max_size=n)), dtype=float)
+    row, column = 2.0 ** np.reshape(data.draw(integers([range(-20, 21)] * (2 * n))), (2, n))
+    z = np.array(data.draw(entries(n)), dtype=float)
     scaled = LCP(row[:, None] * matrix / column, row * offset)
     assert residual(scaled, column * z) == residual(LCP(matrix, offset), z)
 
 
-@given(problems(entry=magnitudes))
+@given(problems(numbers=magnitudes))
 def test_equilibrate_keeps_solutions_for_any_scale(problem):
     lcp = LCP(*problem)
     scaled, unit = equilibrate(lcp)

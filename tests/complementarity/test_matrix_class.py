@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from painleve_sym.complementarity import is_copositive, is_p_matrix
 from painleve_sym.complementarity.lcp import ENUMERATION_LIMIT
@@ -50,7 +49,7 @@ def test_is_copositive_decides_for_known_matrices(matrix, plain, strict):
     assert is_copositive(matrix, strict=True) is strict
 
 
-@given(st.lists(entries, min_size=6, max_size=6))
+@given(entries(6))
 def test_is_copositive_agrees_with_the_closed_form_for_three_rows(values):
     a, b, c, d, e, f = values
     matrix = [[a, d, e], [d, b, f], [e, f, c]]

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from painleve_sym.complementarity import (
     LCP,
@@ -19,6 +18,7 @@ from painleve_sym.complementarity import (
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
+from tests.complementarity.rational import problems
 
 TOLERANCE = RESIDUAL_TOLERANCE
 # w_2 = z_1 - z_2 - 2 >= 0 needs z_1 >= 2, yet w_1 = 2 z_1 + z_2 + 2 > 0 needs z_1 = 0: the
@@ -130,16 +130,12 @@ def test_solve_mpcc_prints_nothing_for_any_outcome(problem, capfd):
     assert captured.out == "" and captured.err == ""
 
 
-entries = st.integers(-3, 3)
-
-
 @settings(max_examples=25)
-@given(st.integers(1, 3), st.data())
-def test_solve_mpcc_never_claims_more_than_it_verified(n, data):
-    row = st.lists(entries, min_size=n, max_size=n)
-    lcp = LCP(data.draw(st.lists(row, min_size=n, max_size=n)), data.draw(row))
+@given(problems())
+def test_solve_mpcc_never_claims_more_than_it_verified(problem):
+    lcp = LCP(*problem)
     everything = solve_all(lcp)
-    survey = solve_mpcc_all(lcp, starts=np.eye(n))
+    survey = solve_mpcc_all(lcp, starts=np.eye(lcp.size))
     for result in survey.solutions + survey.failures:
         solved = result.status is MPCCStatus.SOLVED
         assert solved == (result.residual <= TOLERANCE)

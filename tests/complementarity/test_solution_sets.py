@@ -6,25 +6,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.complementarity.solution_sets import affine_face
-
-entries = st.integers(-4, 4).map(lambda k: k / 4)
+from tests.support.drawn import integers
 
 
 @st.composite
 def singular_faces(draw):
     """Draw a block of zeros but for at most one row, and inequalities that bound some of it."""
-    k = draw(st.integers(2, 4))
-    row = st.lists(entries, min_size=k, max_size=k)
-    block = np.zeros((k, k))
-    block[0] = draw(row)
-    m = draw(st.integers(1, 5))
-    rows = np.array(draw(st.lists(row, min_size=m, max_size=m)))
-    start = np.array(draw(st.lists(entries, min_size=m, max_size=m)))
+    k, m = draw(st.integers(2, 4)), draw(st.integers(1, 5))
+    drawn = np.array(draw(integers([range(-4, 5)] * ((m + 1) * (k + 1))))) / 4
+    first, *rest = drawn.reshape(m + 1, k + 1)
+    block, goal = np.zeros((k, k)), np.zeros(k)
+    block[0] = first[:k]
+    goal[0] = first[k] if block[0].any() else 0.0
+    rows, start = np.split(np.array(rest), [k], axis=1)
     # x >= -1 keeps out whole lines, as forces that push do.
-    rows, start = np.vstack([rows, np.eye(k)]), np.append(start, np.ones(k))
-    goal = np.zeros(k)
-    goal[0] = draw(entries) if block[0].any() else 0.0
-    return block, goal, rows, start
+    return block, goal, np.vstack([rows, np.eye(k)]), np.append(start, np.ones(k))
 
 
 @settings(max_examples=100)

@@ -3,6 +3,7 @@
 import itertools
 import math
 from fractions import Fraction
+from itertools import islice
 
 import numpy as np
 from hypothesis import strategies as st
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactProblem
 from tests.complementarity.rational import unique_solution
+from tests.support.drawn import integers
 
 LIFT, RIGHT, LEFT, STICK = (
     ContactMode.LIFTOFF,
@@ -19,30 +21,28 @@ LIFT, RIGHT, LEFT, STICK = (
 )
 SWAPPED = {LIFT: LIFT, RIGHT: LEFT, LEFT: RIGHT, STICK: STICK}
 
-eighths = st.integers(-24, 24).map(lambda k: Fraction(k, 8))
+EIGHTHS = range(-24, 25)
 one_or_two = st.integers(1, 2)
 
 
 @st.composite
-def contact_sets(draw, sizes=one_or_two, slip=None, definite=False):
+def contact_sets(draw, sizes=one_or_two, slip=(0, 0, -1, 1), definite=False, more=()):
     """Draw W = L L' with integer L, so that singular mobilities are frequent, and the rest of it.
 
-    Returns W, b, mu (lists of fractions) and the slip directions.
+    Returns W, b, mu (lists of fractions), the slip directions, and for each of `more` ranges the
+    numbers of the contacts.
     """
     n = draw(sizes)
-    rank = 2 * n if definite else draw(st.integers(1, 2 * n))
-    row = st.lists(st.integers(-3, 3), min_size=rank, max_size=rank)
-    L = np.array(draw(st.lists(row, min_size=2 * n, max_size=2 * n)))
-    if definite:
-        L = np.tril(L, -1) + np.diag(
-            draw(st.lists(st.integers(1, 3), min_size=rank, max_size=rank))
-        )
-    W = [[Fraction(int(entry)) for entry in line] for line in L @ L.T]
-    quarters = st.integers(0, 8).map(lambda k: Fraction(k, 4))
-    b = draw(st.lists(eighths, min_size=2 * n, max_size=2 * n))
-    mu = draw(st.lists(quarters, min_size=n, max_size=n))
-    directions = st.sampled_from([-1, 0, 0, 1]) if slip is None else slip
-    return W, b, mu, draw(st.lists(directions, min_size=n, max_size=n))
+    m = 2 * n
+    parts = (1, range(m)), (m**2, range(-3, 4)), (m, range(3)), (m, EIGHTHS), (n, range(9))
+    parts += (n, range(len(slip))), *((n, numbers) for numbers in more)
+    drawn = iter(draw(integers([numbers for count, numbers in parts for _ in range(count)])))
+    (rank,), L, diagonal, b, mu, way, *rest = ([*islice(drawn, count)] for count, _ in parts)
+    L = np.reshape(L, (m, m))
+    L = np.tril(L, -1) + np.diag(np.add(diagonal, 1)) if definite else L[:, : rank + 1]
+    W = [[Fraction(entry) for entry in line] for line in (L @ L.T).tolist()]
+    b, mu = [Fraction(k, 8) for k in b], [Fraction(k, 4) for k in mu]
+    return W, b, mu, [slip[k] for k in way], *rest
 
 
 def built(data):

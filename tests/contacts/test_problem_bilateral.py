@@ -87,8 +87,8 @@ def closed_count(W_nn, W_nt, b_n, mu, s):
 
 
 singles = contact_sets(sizes=st.just(1)).map(flat)
-moving = contact_sets(sizes=st.just(1), slip=st.sampled_from([-1, 1])).map(flat)
-resting = contact_sets(sizes=st.just(1), slip=st.just(0), definite=True).map(flat)
+moving = contact_sets(sizes=st.just(1), slip=(-1, 1)).map(flat)
+resting = contact_sets(sizes=st.just(1), slip=(0,), definite=True).map(flat)
 
 
 # --- by hand ----------------------------------------------------------------------------------

@@ -12,17 +12,15 @@ from tests.contacts.friction_oracle import SWAPPED, contact_sets
 from tests.support.one_contact import built, contacts, mode_analysis
 
 decades = st.floats(-6.0, 6.0).map(lambda k: 10.0**k)
-frictions = st.integers(-12, 6).map(lambda k: 10.0**k)
 up_to_three = st.integers(1, 3)
 
 
 @st.composite
 def problems(draw, sizes=up_to_three):
     """Draw contacts of both kinds, with friction over 18 decades."""
-    W, b, mu, slip = draw(contact_sets(sizes=sizes))
-    n = len(mu)
-    friction = [float(m) * draw(frictions) for m in mu]
-    held = draw(st.lists(st.booleans(), min_size=n, max_size=n))
+    W, b, mu, slip, powers, held = draw(contact_sets(sizes, more=(range(-12, 7), range(2))))
+    friction = np.array(mu, float) * 10.0 ** np.array(powers)
+    held = np.array(held, bool)
     return ContactProblem(np.array(W, float), np.array(b, float), friction, slip, held)
 
 

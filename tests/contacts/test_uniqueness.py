@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from painleve_sym.complementarity import Uniqueness, is_copositive, is_p_matrix
 from painleve_sym.contacts.problem import ContactProblem
-from tests.contacts.friction_oracle import built, contact_sets, eighths
+from tests.contacts.friction_oracle import EIGHTHS, built, contact_sets
+from tests.support.drawn import integers
 
-sliding = st.sampled_from([-1, 1])
+sliding = -1, 1
 
 
 def one(W_nt, mu, slip_velocity, W_tt=4.0):
@@ -125,8 +126,8 @@ def test_p_matrices_have_exactly_one_solution_for_any_offset(data, draw):
     if weak.uniqueness() is not Uniqueness.UNIQUE_FOR_ALL:
         return
     for _ in range(3):
-        offset = draw.draw(st.lists(eighths, min_size=len(b), max_size=len(b)))
-        problem = ContactProblem(weak.W, np.array(offset, float), weak.mu, weak.slip_velocity)
+        offset = [k / 8 for k in draw.draw(integers([EIGHTHS] * len(b)))]
+        problem = ContactProblem(weak.W, offset, weak.mu, weak.slip_velocity)
         assert len(problem.solutions()) == 1
 
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactProblem
+from tests.support.drawn import integers
 
 
 def mode_analysis(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
@@ -37,27 +38,20 @@ def mode_analysis(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
     return solutions
 
 
-eighths = st.integers(-24, 24).map(lambda k: Fraction(k, 8))
 slips = st.sampled_from([-2, -1, 0, 0, 1])
 
 
 @st.composite
 def contacts(draw, slip=slips, definite=False):
     """W = L L' with a lower triangular L, so that singular mobilities are frequent."""
-    diagonal = st.integers(1 if definite else 0, 6)
-    a, b, c = draw(diagonal), draw(st.integers(-9, 9)), draw(diagonal)
-    mu = draw(st.integers(0, 16).map(lambda k: Fraction(k, 4)))
-    return (
-        Fraction(a * a),
-        Fraction(a * b),
-        Fraction(b * b + c * c),
-        *(
-            draw(eighths),
-            draw(eighths),
-            mu,
-            draw(slip),
-        ),
+    least, eighths = int(definite), range(-24, 25)
+    diagonal = range(7 - least)
+    a, c, b, b_n, b_t, mu = draw(
+        integers([diagonal, diagonal, range(-9, 10), eighths, eighths, range(17)])
     )
+    a, c = a + least, c + least
+    W = map(Fraction, (a * a, a * b, b * b + c * c))
+    return *W, Fraction(b_n, 8), Fraction(b_t, 8), Fraction(mu, 4), draw(slip)
 
 
 def built(data):
