@@ -35,6 +35,7 @@ _ITERATIONS = 40
 _PIECES = {ContactMode.LIFTOFF: 0, ContactMode.SLIP: 1, ContactMode.STICK: 3}
 _STEPS = (1.0, 0.5, 0.25, 0.1, 0.01)  # parts of a Newton step
 _CONVERGED = 1e-11  # of the forces; the law's own residual is checked later
+_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 IntArray = npt.NDArray[np.intp]
 Ways = Sequence[tuple[float, ...]]
@@ -205,14 +206,15 @@ def _starts(
 def _newton(method: _Projections | _Pieces, starts: FloatArray, pieces: IntArray) -> FloatArray:
     """Return the ends of those starts that converge."""
     ends, forces = [np.zeros((0, starts.shape[1]))], starts
-    left, slopes = method(forces, pieces)
+    left = method.defects(forces, pieces)
     for _ in range(_ITERATIONS):
+        slopes = method.slopes(forces, pieces)
         try:
             step = np.linalg.solve(slopes, -left[..., None])[..., 0]
         except np.linalg.LinAlgError:  # one of them is singular
             step = -(np.linalg.pinv(slopes) @ left[..., None])[..., 0]
         tried = np.array([forces + part * step for part in _STEPS])
-        sizes = np.array([_size(method(f, pieces)[0]) for f in tried])
+        sizes = np.array([_size(method.defects(f, pieces)) for f in tried])
         sizes[~np.isfinite(sizes)] = np.inf
         pick = np.argmin(sizes, axis=0)
         better = sizes.min(axis=0) < _size(left)
@@ -220,7 +222,7 @@ def _newton(method: _Projections | _Pieces, starts: FloatArray, pieces: IntArray
         forces, pieces = tried[pick, np.arange(len(forces))][better], pieces[better]
         if not len(forces):
             break
-        left, slopes = method(forces, pieces)
+        left = method.defects(forces, pieces)
     return np.concatenate(ends)
 
 
@@ -237,34 +239,43 @@ class _Projections:
     b: FloatArray
     contacts: Sequence[_Contact]
 
-    def __call__(self, forces: FloatArray, _: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return the defects, shape (m, r), and their derivatives, shape (m, r, r)."""
+    def defects(self, forces: FloatArray, _: IntArray) -> FloatArray:
+        """Return the defects, shape (m, r)."""
+        a, left = forces @ self.W + self.b, np.empty_like(forces)
+        for c in self.contacts:
+            pressed = np.maximum(forces[:, c.n] - c.r_n * a[:, c.n], 0.0)
+            left[:, c.n] = forces[:, c.n] - pressed
+            if c.way is not None:
+                left[:, c.t] = forces[:, c.t] + c.mu * forces[:, [c.n]] * c.way
+                continue
+            pulled = forces[:, c.t] - c.r_t * a[:, c.t]
+            way, length = _directions(pulled)
+            radius = c.mu * pressed[:, None]
+            left[:, c.t] = forces[:, c.t] - np.where(length <= radius, pulled, radius * way)
+        return left
+
+    def slopes(self, forces: FloatArray, _: IntArray) -> FloatArray:
+        """Return the derivatives of the defects, shape (m, r, r)."""
         W = self.W
-        a = forces @ W + self.b
-        unit = np.eye(len(W))
-        left, slope = np.empty_like(forces), np.empty((*forces.shape, len(W)))
+        a, unit = forces @ W + self.b, np.eye(len(W))
+        slope = np.empty((*forces.shape, len(W)))
         for c in self.contacts:
             pressed = forces[:, c.n] - c.r_n * a[:, c.n]
             active = (pressed > 0)[:, None]
             d_pressed = np.where(active, unit[c.n] - c.r_n * W[c.n], 0.0)
-            left[:, c.n] = forces[:, c.n] - np.maximum(pressed, 0.0)
             slope[:, c.n] = unit[c.n] - d_pressed
             if c.way is not None:
-                left[:, c.t] = forces[:, c.t] + c.mu * forces[:, [c.n]] * c.way
                 slope[:, c.t] = unit[c.t] + c.mu * c.way[:, None] * unit[c.n]
                 continue
             pulled = forces[:, c.t] - c.r_t * a[:, c.t]
             d_pulled = unit[c.t] - c.r_t * W[c.t]
             radius = c.mu * np.maximum(pressed, 0.0)[:, None]
-            length = np.linalg.norm(pulled, axis=1)[:, None]
-            inside = length <= radius
-            way = pulled / np.where(length > 0, length, 1.0)
+            way, length = _directions(pulled)
             part = radius / np.where(length > 0, length, 1.0)
-            left[:, c.t] = forces[:, c.t] - np.where(inside, pulled, radius * way)
             across = d_pulled - way[:, :, None] * (way[:, None, :] @ d_pulled)
             edge = way[:, :, None] * (c.mu * d_pressed)[:, None, :] + part[:, :, None] * across
-            slope[:, c.t] = unit[c.t] - np.where(inside[:, :, None], d_pulled, edge)
-        return left, slope
+            slope[:, c.t] = unit[c.t] - np.where((length <= radius)[:, :, None], d_pulled, edge)
+        return slope
 
 
 @dataclass(frozen=True)
@@ -275,36 +286,51 @@ class _Pieces:
     b: FloatArray
     contacts: Sequence[_Contact]
 
-    def __call__(self, forces: FloatArray, pieces: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return the defects, shape (m, r), and their derivatives, shape (m, r, r)."""
-        W, a = self.W, forces @ self.W + self.b
-        unit = np.eye(len(W))
-        left, slope = np.empty_like(forces), np.empty((*forces.shape, len(W)))
+    def defects(self, forces: FloatArray, pieces: IntArray) -> FloatArray:
+        """Return the defects, shape (m, r)."""
+        a, left = forces @ self.W + self.b, np.empty_like(forces)
         for i, c in enumerate(self.contacts):
             off, stuck = (pieces[:, i] == 0)[:, None], (pieces[:, i] > 1)[:, None]
             left[:, c.n] = np.where(off[:, 0], forces[:, c.n], a[:, c.n])
-            slope[:, c.n] = np.where(off, unit[c.n], W[c.n])
             pull, speed = forces[:, c.t], a[:, c.t]
-            length = np.linalg.norm(pull, axis=1)[:, None]
-            way = pull / np.where(length > 0, length, 1.0)
-            slipping, edge = np.empty_like(pull), np.empty((*pull.shape, len(W)))
+            slipping = np.empty_like(pull)
             if c.way is not None:
                 slipping[:] = pull + c.mu * forces[:, [c.n]] * c.way
+            else:
+                way, length = _directions(pull)
+                slipping[:, :1] = length - c.mu * forces[:, [c.n]]
+                if len(c.t) > 1:  # no acceleration across the friction
+                    slipping[:, 1] = ((way @ _TURN) * speed).sum(axis=1)
+            left[:, c.t] = np.where(off, pull, np.where(stuck, speed, slipping))
+        return left
+
+    def slopes(self, forces: FloatArray, pieces: IntArray) -> FloatArray:
+        """Return the derivatives of the defects, shape (m, r, r)."""
+        W, a = self.W, forces @ self.W + self.b
+        unit, slope = np.eye(len(W)), np.empty((*forces.shape, len(W)))
+        for i, c in enumerate(self.contacts):
+            off, stuck = (pieces[:, i] == 0)[:, None], (pieces[:, i] > 1)[:, None]
+            slope[:, c.n] = np.where(off, unit[c.n], W[c.n])
+            pull, speed = forces[:, c.t], a[:, c.t]
+            edge = np.empty((*pull.shape, len(W)))
+            if c.way is not None:
                 edge[:] = unit[c.t] + c.mu * c.way[:, None] * unit[c.n]
             else:
-                slipping[:, :1] = length - c.mu * forces[:, [c.n]]
+                way, length = _directions(pull)
                 edge[:, 0] = way @ unit[c.t] - c.mu * unit[c.n]
-                if len(c.t) > 1:  # no acceleration across the friction
-                    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
-                    normal = way @ turn
-                    slipping[:, 1] = (normal * speed).sum(axis=1)
-                    part = (speed @ turn.T) / np.where(length > 0, length, 1.0)
+                if len(c.t) > 1:
+                    part = (speed @ _TURN.T) / np.where(length > 0, length, 1.0)
                     part -= way * (part * way).sum(axis=1)[:, None]
-                    edge[:, 1] = normal @ W[c.t] + part @ unit[c.t]
-            left[:, c.t] = np.where(off, pull, np.where(stuck, speed, slipping))
+                    edge[:, 1] = (way @ _TURN) @ W[c.t] + part @ unit[c.t]
             kinds = np.where(stuck[..., None], W[c.t], edge)
             slope[:, c.t] = np.where(off[..., None], unit[c.t], kinds)
-        return left, slope
+        return slope
+
+
+def _directions(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the directions of vectors, shape (m, k), and their lengths, shape (m, 1)."""
+    length = _size(vectors)[:, None]
+    return vectors / np.where(length > 0, length, 1.0), length
 
 
 def _settled(
