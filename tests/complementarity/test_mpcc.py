@@ -130,7 +130,7 @@ def test_solve_mpcc_prints_nothing_for_any_outcome(problem, capfd):
     assert captured.out == "" and captured.err == ""
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(problems())
 def test_solve_mpcc_never_claims_more_than_it_verified(problem):
     lcp = LCP(*problem)

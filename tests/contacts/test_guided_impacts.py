@@ -34,7 +34,7 @@ def guided(W, mu, v, law, e):
     return solve_simultaneous_impact(W, mu, v, law, e, bilateral=np.arange(len(mu)) == 0)
 
 
-@settings(max_examples=100)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), unit, LAW)
 def test_guide_without_friction_is_a_constraint(seed, e, law):
     """The impact is that of the other contacts with the mobility the guide leaves them."""
@@ -50,7 +50,7 @@ def test_guide_without_friction_is_a_constraint(seed, e, law):
     np.testing.assert_allclose(impact.impulses[rest], wanted.impulses, rtol=1e-7, atol=1e-10 * size)
 
 
-@settings(max_examples=100)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 2), unit, LAW)
 def test_guide_keeps_its_velocity_and_its_friction_opposes_the_slip(seed, mu_guide, e, law):
     W, mu, v = guided_impact(np.random.default_rng(seed), mu_guide)

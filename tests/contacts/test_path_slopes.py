@@ -88,7 +88,7 @@ def compared(seed, n, held, law):
     assert nearest < 1e-7 * size
 
 
-@settings(max_examples=120)
+@settings(max_examples=60)
 @given(SEED, LAW)
 def test_derivatives_of_two_contacts_of_one_body_are_differences(seed, law):
     compared(seed, 2, 0, law)
@@ -100,7 +100,7 @@ def test_derivatives_of_three_contacts_are_differences(seed, law):
     compared(seed, 3, 0, law)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(SEED, LAW)
 def test_derivatives_beside_a_guide_are_differences(seed, law):
     compared(seed, 2, 1, law)

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
@@ -171,7 +171,6 @@ def test_a_rod_held_at_its_end_turns_its_paradox_into_two_forces():
 # --- properties -------------------------------------------------------------------------------
 
 
-@settings(max_examples=150)
 @given(singles)
 def test_solutions_agree_with_rational_arithmetic(data):
     problem, expected = built(data), exact_solutions(*data)
@@ -189,7 +188,6 @@ def test_solutions_agree_with_rational_arithmetic(data):
         assert s.mode is (RIGHT if data[6] > 0 else LEFT)
 
 
-@settings(max_examples=150)
 @given(moving)
 def test_solutions_are_as_many_as_the_closed_condition_says_while_sliding(data):
     W_nn, W_nt, _, b_n, _, mu, s = data
@@ -203,7 +201,6 @@ def test_solutions_are_as_many_as_the_closed_condition_says_while_sliding(data):
     assert unique(problem) == (mu * abs(W_nt) < W_nn)
 
 
-@settings(max_examples=150)
 @given(resting)
 def test_solutions_at_rest_are_as_many_as_the_closed_condition_says(data):
     W_nn, W_nt, _, b_n, _, mu, _ = data
@@ -222,7 +219,6 @@ def test_solutions_at_rest_are_as_many_as_the_closed_condition_says(data):
             assert slips[0].normal_force < 0 < slips[1].normal_force
 
 
-@settings(max_examples=100)
 @given(singles)
 def test_solutions_swap_slip_directions_under_reflection(data):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = data
@@ -233,7 +229,6 @@ def test_solutions_swap_slip_directions_under_reflection(data):
     assert same_sets(pairs(here), [(F_n, -F_t) for F_n, F_t in pairs(there)])
 
 
-@settings(max_examples=100)
 @given(singles)
 def test_solutions_change_sign_when_the_normal_is_reversed(data):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = data
@@ -244,7 +239,6 @@ def test_solutions_change_sign_when_the_normal_is_reversed(data):
     assert same_sets(pairs(here), [(-F_n, F_t) for F_n, F_t in pairs(there)])
 
 
-@settings(max_examples=150)
 @given(singles)
 def test_pushing_solutions_are_those_of_the_closed_unilateral_contact(data):
     pushing = [s for s in built(data).solutions() if s.normal_force > 0]
@@ -254,7 +248,6 @@ def test_pushing_solutions_are_those_of_the_closed_unilateral_contact(data):
     assert same_sets(pairs(pushing), pairs(closed))
 
 
-@settings(max_examples=100)
 @given(singles, st.integers(-30, 30))
 def test_solutions_scale_with_the_accelerations(data, power):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = map(float, data)

@@ -60,7 +60,7 @@ def same_forces(problem, first, second):
     return len(first) == len(second)
 
 
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(contacts(), st.integers(-12, 6))
 def test_solutions_agree_with_mode_analysis_for_friction_over_many_decades(data, power):
     *rest, mu, v = data
@@ -77,7 +77,7 @@ def test_solutions_agree_with_mode_analysis_for_friction_over_many_decades(data,
         assert s.isolated
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(problems(), decades, decades, decades)
 def test_solutions_scale_with_the_units_of_mass_length_and_time(problem, mass, length, time):
     acceleration = length / time**2
@@ -88,7 +88,7 @@ def test_solutions_scale_with_the_units_of_mass_length_and_time(problem, mass, l
     assert same_forces(problem, expected, [s.forces for s in isolated(other)])
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(problems(), st.lists(decades, min_size=3, max_size=3))
 def test_solutions_do_not_depend_on_the_size_of_each_contact(problem, sizes):
     rows = np.array(sizes[: problem.size])
@@ -98,7 +98,7 @@ def test_solutions_do_not_depend_on_the_size_of_each_contact(problem, sizes):
     assert same_forces(problem, [s.forces for s in isolated(problem)], back)
 
 
-@settings(max_examples=100)
+@settings(max_examples=60)
 @given(problems())
 def test_solutions_of_the_mirror_image_slip_the_other_way(problem):
     other = changed(problem, np.ones(problem.size), mirror=-1.0)
@@ -112,7 +112,7 @@ def test_solutions_of_the_mirror_image_slip_the_other_way(problem):
     assert same_forces(problem, expected, [s.forces for s in isolated(other)])
 
 
-@settings(max_examples=100)
+@settings(max_examples=60)
 @given(problems(sizes=st.integers(2, 3)), st.randoms(use_true_random=False))
 def test_solutions_permute_with_contacts_of_both_kinds(problem, random):
     order = list(range(problem.size))
@@ -125,7 +125,7 @@ def test_solutions_permute_with_contacts_of_both_kinds(problem, random):
     assert same_forces(other, expected, [s.forces for s in isolated(other)])
 
 
-@settings(max_examples=100)
+@settings(max_examples=60)
 @given(problems(sizes=st.just(1)), problems(sizes=st.just(1)))
 def test_solutions_of_contacts_that_do_not_feel_each_other_are_all_pairs(first, second):
     W = np.zeros((4, 4))

@@ -93,21 +93,21 @@ def check(W, mu, v, law, e, impact) -> None:
         assert np.allclose(released, e**2 * stored, rtol=1e-7, atol=1e-9 * work)
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(impacts(), unit, LAW)
 def test_impact_obeys_momentum_cone_slip_and_law(impact, e, law):
     W, mu, v = impact
     check(W, mu, v, law, e, solve_simultaneous_impact(W, mu, v, law, e))
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(impacts(contacts=3), unit, LAW)
 def test_impact_of_three_contacts_obeys_the_same(impact, e, law):
     W, mu, v = impact
     check(W, mu, v, law, e, solve_simultaneous_impact(W, mu, v, law, e))
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(impacts_at_rest(), unit, st.sampled_from(NEVER_GAINS))
 def test_impact_on_firm_ground_never_gains_energy(impact, e, law):
     W, mu, v = impact
@@ -134,7 +134,7 @@ def test_no_gain_in_a_sweep_of_ladders_and_blocks():
     assert jams <= 10
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(impacts_at_rest(), unit)
 def test_newtons_law_gains_what_friction_returns_beyond_what_restitution_loses(impact, e):
     """ΔT = Σ (P_t (v_t⁺ + v_t⁻) − (1 − e) P_n |v_n⁻|)/2, by hand from v⁺ − v⁻ = W P."""
@@ -211,7 +211,7 @@ def test_the_ladder_that_gained_energy_loses_it():
     assert energy(W, impact.velocities) < energy(W, v)
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(
     st.floats(0.1, 10),
     st.floats(0.1, 10),

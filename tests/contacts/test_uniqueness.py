@@ -90,7 +90,6 @@ TWICE = (
 )
 
 
-@settings(max_examples=150)
 @given(contact_sets(sizes=st.integers(1, 3), slip=sliding))
 @example(COPOSITIVE)
 def test_uniqueness_is_the_p_property_while_sliding(data):
@@ -103,7 +102,6 @@ def test_uniqueness_is_the_p_property_while_sliding(data):
         assert (promised is Uniqueness.SOLVABLE_FOR_ALL) == strict
 
 
-@settings(max_examples=100)
 @given(contact_sets(sizes=st.integers(1, 3), definite=True))
 @example(TWICE)
 def test_solutions_keep_the_promise(data):
@@ -115,7 +113,6 @@ def test_solutions_keep_the_promise(data):
         assert solutions
 
 
-@settings(max_examples=100)
 @given(contact_sets(sizes=st.integers(1, 2), slip=sliding, definite=True), st.data())
 def test_p_matrices_have_exactly_one_solution_for_any_offset(data, draw):
     # Small friction keeps the matrix near the positive definite W_nn.

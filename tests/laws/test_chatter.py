@@ -114,7 +114,6 @@ def _function(expr):
     return lambda **values: f(*(values[s.name] for s in symbols))
 
 
-@settings(max_examples=200)
 @given(
     law=st.sampled_from(["poisson", "energetic"]),
     w=st.floats(0.1, 3),
@@ -132,7 +131,6 @@ def test_impacts_with_reversed_slip_never_rebound_faster_than_e(law, w, a, k, u,
     assert impact.velocity[0] <= e * (1 + 1e-9) + 1e-12
 
 
-@settings(max_examples=300)
 @given(
     law=st.sampled_from(["newton", "poisson", "energetic"]),
     w=st.floats(0.1, 3),
@@ -157,7 +155,6 @@ def test_slip_against_the_coupling_never_rebounds_faster_than_e(law, w, a, k, u,
     assert impact.velocity[0] <= e * (1 + 1e-9) + 1e-12
 
 
-@settings(max_examples=100)
 @given(
     law=st.sampled_from(["poisson", "energetic"]),
     w=st.floats(0.1, 3),

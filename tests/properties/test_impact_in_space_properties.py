@@ -45,7 +45,7 @@ def _same(one, other, turn=None, tolerance=1e-9):
 
 
 @given(W=mobilities(), mu=FRICTION, v_n=NORMAL, v=SPEED, angle=ANGLE, law=LAW, e=RESTITUTION)
-@settings(max_examples=150)
+@settings(max_examples=80)
 def test_impact_obeys_its_laws(W, mu, v_n, v, angle, law, e):
     velocity = (v_n, v * math.cos(angle), v * math.sin(angle))
     impact = solve_impact(W, mu, velocity, law, e)
@@ -76,7 +76,7 @@ def test_impact_obeys_its_laws(W, mu, v_n, v, angle, law, e):
     turn=ANGLE,
     mirrored=st.booleans(),
 )
-@settings(max_examples=120)
+@settings(max_examples=80)
 def test_impact_does_not_depend_on_the_tangential_axes(W, mu, v_n, v, angle, turn, mirrored):
     c, s = math.cos(turn), math.sin(turn)
     Q = np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
@@ -101,7 +101,7 @@ def test_impact_does_not_depend_on_the_tangential_axes(W, mu, v_n, v, angle, tur
     mass=st.floats(1e-6, 1e6),
     speed=st.floats(1e-6, 1e6),
 )
-@settings(max_examples=100)
+@settings(max_examples=80)
 def test_impact_does_not_depend_on_units(W, mu, v_n, v, angle, law, e, mass, speed):
     velocity = np.array([v_n, v * math.cos(angle), v * math.sin(angle)])
     one = solve_impact(W, mu, velocity, law, e)
@@ -123,7 +123,7 @@ def test_impact_does_not_depend_on_units(W, mu, v_n, v, angle, law, e, mass, spe
     e=RESTITUTION,
     across=st.booleans(),
 )
-@settings(max_examples=300)
+@settings(max_examples=80)
 def test_impact_in_a_plane_of_symmetry_is_that_of_the_plane(W, beside, mu, v_n, v, law, e, across):
     plane = W[:2, :2]
     space, own, other = np.diag([0.0, beside, beside]), (2 if across else 1), (1 if across else 2)

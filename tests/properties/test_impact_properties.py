@@ -57,7 +57,6 @@ def _size(W, velocity) -> float:
 
 
 @given(W=MOBILITY, mu=FRICTION, v_t=SLIP, v_n=NORMAL, rule=LAW, e=RESTITUTION)
-@settings(max_examples=300)
 def test_impact_changes_velocities_by_its_impulses_in_the_cone(W, mu, v_t, v_n, rule, e):
     impact = solve_impact(W, mu, (v_n, v_t), rule, e)
     at, scale = np.array([v_n, v_t]), 10 + abs(v_t) + abs(v_n)
@@ -79,7 +78,6 @@ def test_impact_changes_velocities_by_its_impulses_in_the_cone(W, mu, v_t, v_n, 
 
 
 @given(W=MOBILITY, mu=FRICTION, v_t=SLIP, v_n=NORMAL, rule=LAW, e=RESTITUTION)
-@settings(max_examples=200)
 def test_impact_of_positive_definite_mobility_ends(W, mu, v_t, v_n, rule, e):
     impact = solve_impact(W, mu, (v_n, v_t), rule, e)
     assert impact.end is not ImpactEnd.JAM
@@ -100,7 +98,6 @@ def test_impact_of_positive_definite_mobility_ends(W, mu, v_t, v_n, rule, e):
     rule=st.sampled_from(["energetic", "poisson"]),
     e=RESTITUTION,
 )
-@settings(max_examples=400)
 def test_impact_never_gains_energy_by_the_energetic_or_poissons_law(W, mu, v_t, v_n, rule, e):
     impact = solve_impact(W, mu, (v_n, v_t), rule, e)
     work = math.fsum(abs(w) for p in impact.phases for w in (p.normal_work, p.tangential_work))
@@ -111,7 +108,6 @@ def test_impact_never_gains_energy_by_the_energetic_or_poissons_law(W, mu, v_t, 
 
 
 @given(W=MOBILITY, mu=FRICTION, v_t=SLIP, v_n=NORMAL, rule=LAW, e=RESTITUTION)
-@settings(max_examples=150)
 def test_impact_of_the_mirror_image_is_the_mirrored_impact(W, mu, v_t, v_n, rule, e):
     (W_nn, W_nt), (_, W_tt) = W
     impact = solve_impact(W, mu, (v_n, v_t), rule, e)
@@ -132,7 +128,6 @@ def test_impact_of_the_mirror_image_is_the_mirrored_impact(W, mu, v_t, v_n, rule
     e=RESTITUTION,
     powers=st.tuples(st.integers(-60, 60), st.integers(-60, 60)),
 )
-@settings(max_examples=150)
 def test_impact_scales_with_speed_and_mass(W, mu, v_t, v_n, rule, e, powers):
     # Powers of two leave every digit, so that the scaled impact is the same to the last bit.
     speed, mass = (2.0**p for p in powers)
@@ -146,7 +141,6 @@ def test_impact_scales_with_speed_and_mass(W, mu, v_t, v_n, rule, e, powers):
 
 
 @given(W=MOBILITY, mu=FRICTION, v_t=SLIP, v_n=NORMAL, e=RESTITUTION)
-@settings(max_examples=300)
 def test_impact_laws_agree_on_one_ray_and_in_central_impacts(W, mu, v_t, v_n, e):
     (W_nn, _), (_, W_tt) = W
     impact = {rule: solve_impact(W, mu, (v_n, v_t), rule, e) for rule in LAWS}
@@ -165,7 +159,6 @@ def test_impact_laws_agree_on_one_ray_and_in_central_impacts(W, mu, v_t, v_n, e)
 
 
 @given(case=paradoxes(), v_n=NORMAL, rule=LAW, e=RESTITUTION)
-@settings(max_examples=400)
 def test_impact_in_the_paradox_stops_the_slip_and_ends_sticking(case, v_n, rule, e):
     # W positive definite and A_s < 0: for every v_n ≤ 0, every law and every restitution.
     W, mu, v_t = case
@@ -184,7 +177,6 @@ def test_impact_in_the_paradox_stops_the_slip_and_ends_sticking(case, v_n, rule,
 
 
 @given(W=MOBILITY, mu=FRICTION)
-@settings(max_examples=100)
 def test_impact_without_collision_needs_slip(W, mu):
     assert solve_impact(W, mu, (0.0, 0.0)).case is ImpactClass.NO_IMPACT
 
@@ -197,7 +189,6 @@ def test_impact_without_collision_needs_slip(W, mu):
     rule=LAW,
     e=RESTITUTION,
 )
-@settings(max_examples=300)
 def test_impact_of_rank_one_jams_where_it_sticks_in_compression(w, mu, v_t, v_n, rule, e):
     w_t, w_n = w
     W = ((w_n * w_n, w_t * w_n), (w_t * w_n, w_t * w_t))
@@ -234,7 +225,6 @@ def test_impact_of_rank_one_jams_where_it_sticks_in_compression(w, mu, v_t, v_n,
     e=RESTITUTION,
     shifts=st.tuples(*[st.sampled_from([-1.0, 0.0, 1.0])] * 6),
 )
-@settings(max_examples=300)
 def test_impact_with_collision_is_continuous_in_everything(W, mu, v_t, v_n, rule, e, shifts):
     # The borders left out: A_s = 0 without collision, and det W = 0.
     step = 1e-9
@@ -309,7 +299,6 @@ SLIDING_HITS = given(
 
 
 @SLIDING_HITS
-@settings(max_examples=100)
 def test_impact_is_of_the_one_class_whose_closed_form_holds(W, mu, v_t, v_n, rule, e):
     _assert_one_class(W, mu, v_t, v_n, rule, e)
 
@@ -334,7 +323,6 @@ def _assert_one_class(W, mu, v_t, v_n, rule, e):
 
 
 @given(case=paradoxes(), rule=LAW, e=st.floats(0.05, 1.0))
-@settings(max_examples=100)
 def test_impact_without_collision_is_its_closed_form(case, rule, e):
     ((W_nn, W_nt), (_, W_tt)), mu, v_t = case
     c = -W_nt / W_nn
@@ -354,7 +342,6 @@ def test_impact_without_collision_is_its_closed_form(case, rule, e):
     e=RESTITUTION,
     beyond=st.sampled_from([0.0, 1e-16, 1e-14, 1e-12, 1e-10]),
 )
-@settings(max_examples=200)
 def test_impact_without_collision_is_continuous_down_to_A_0(W, v_t, rule, e, beyond):
     (W_nn, W_nt), (_, W_tt) = W
     assume(abs(W_nt) > 1e-2 * W_nn)
