@@ -31,28 +31,32 @@ from tests.scenes import FEET, simulator
 X, Y, Z, P, C, S = sp.symbols("x y z p c s", real=True)
 STRANGER = sp.Symbol("stranger", real=True)
 KIND, LIMIT = EventKind.IMPACT, EventKind.SETTLE
+COUNTS = st.integers(0, 3)
+RESETS = st.sampled_from([{}, {X: -X}, {Z: X + P}])
+GUARD, CONDITION, FIELD = X - C, Y > 0, {X: Y, Y: -C * X + Z}
+TESTS = (Inequality(X + S, sp.Abs(X)),)
 
 
 @st.composite
 def automata(draw):
     """Draw a sound automaton: a ring of modes, so that all are reached, and more transitions."""
-    count = draw(st.integers(1, 4))
+    count = 1 + draw(COUNTS)
     names = [f"mode_{k}" for k in range(count)]
-    target = st.sampled_from(names)
+
+    def target():
+        return names[draw(COUNTS) % count]
 
     def transition(label, goal):
-        reset = draw(st.sampled_from([{}, {X: -X}, {Z: X + P}]))
-        first = draw(st.sampled_from([(), (Choice(draw(target), Y > 0),)]))
-        limit = draw(st.sampled_from([None, Accumulation(LIMIT, draw(target), {Y: sp.Integer(0)})]))
+        first = (Choice(target(), CONDITION),) if draw(st.booleans()) else ()
+        limit = Accumulation(LIMIT, target(), {Y: sp.Integer(0)}) if draw(st.booleans()) else None
         choices = (*first, Choice(goal))
-        return Transition(label, KIND, X - C, choices, reset, on_accumulation=limit)
+        return Transition(label, KIND, GUARD, choices, draw(RESETS), on_accumulation=limit)
 
     modes = []
     for k, name in enumerate(names):
-        more = [transition(f"more_{i}", draw(target)) for i in range(draw(st.integers(0, 3)))]
+        more = [transition(f"more_{i}", target()) for i in range(draw(COUNTS))]
         exits = (transition("on", names[(k + 1) % count]), *more)
-        tests = (Inequality(X + S, sp.Abs(X)),)
-        modes.append(Mode(name, {X: Y, Y: -C * X + Z}, exits, {"place": X, "sum": S}, tests))
+        modes.append(Mode(name, FIELD, exits, {"place": X, "sum": S}, TESTS))
     return HybridAutomaton(
         "drawn",
         (X, Y),
@@ -234,7 +238,7 @@ def faults(automaton, changes):
     return caught.value.faults
 
 
-@settings(max_examples=60)
+@settings(max_examples=50)
 @given(automaton=automata())
 def test_sound_automata_are_accepted_and_drawn_whole(automaton):
     names = {m.name for m in automaton.modes}
@@ -243,7 +247,7 @@ def test_sound_automata_are_accepted_and_drawn_whole(automaton):
 
 
 @pytest.mark.parametrize("fault", STRUCTURE, ids=lambda f: f.__name__)
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(automaton=automata(), place=st.integers(0, 3))
 def test_each_fault_is_refused_by_its_sentence(fault, automaton, place):
     changes, sentence = fault(automaton, place % len(automaton.modes))
@@ -266,7 +270,7 @@ def test_a_symbol_that_nobody_declares_is_refused_wherever_it_stands(place, auto
 PLACE_NAMED = {"definition": "definition of c", "prepared state": "preparation"}
 
 
-@settings(max_examples=60)
+@settings(max_examples=50)
 @given(automaton=automata(), data=st.data())
 def test_all_faults_are_collected(automaton, data):
     """One of a mode, and others of definitions, terms and start."""
