@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -80,6 +82,35 @@ def simulators():
     return (softened, Simulator(sledge(), RigidLaw("newton")))
 
 
+def softened_run():
+    return simulators()[0].run(START, t_end=0.2)
+
+
+def rigid_run():
+    return simulators()[1].run(START, t_end=0.2)
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory):
+    """Return a function: it calls another one with an empty cache, or takes over its cache."""
+
+    @functools.cache
+    def once(first):
+        folder = tmp_path_factory.mktemp("filled") / "cache"
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("PAINLEVE_CACHE", str(folder))
+            quantities._stored.cache_clear()
+            return folder, first()
+
+    def result(first, cache):
+        folder, result = once(first)
+        shutil.copytree(folder, cache)
+        quantities._stored.cache_clear()
+        return result
+
+    return result
+
+
 def without_derivation(monkeypatch):
     """Let every derivation fail, here and in what it begins with."""
 
@@ -94,11 +125,11 @@ def without_derivation(monkeypatch):
     quantities._stored.cache_clear()
 
 
-@pytest.mark.parametrize("which", [0, 1], ids=["softened", "rigid"])
-def test_second_time_nothing_is_derived_and_every_bit_is_the_same(cache, monkeypatch, which):
-    first = simulators()[which].run(START, t_end=0.2)
+@pytest.mark.parametrize("run", [softened_run, rigid_run])
+def test_second_time_nothing_is_derived_and_every_bit_is_the_same(cache, filled, monkeypatch, run):
+    first = filled(run, cache)
     without_derivation(monkeypatch)
-    again = simulators()[which].run(START, t_end=0.2)
+    again = run()
     assert first.events
     assert again.events == first.events
     for name in ("step_time", "step_rows", "step_memory", "step_mode", "final_state", "constants"):
@@ -139,16 +170,17 @@ def test_second_time_the_c_of_an_engine_is_not_derived(cache, monkeypatch, kind)
     assert [kind.code_of(s.contact) for s in simulators()] == first
 
 
-def test_batch_after_a_run_derives_nothing(cache, monkeypatch):
-    simulators()[0].run(START, t_end=0.01)
+def test_batch_after_a_run_derives_nothing(cache, filled, monkeypatch):
+    filled(softened_run, cache)
     without_derivation(monkeypatch)
     batch = simulate_batch(sledge(), law("hertz"), {"x_dot": [1.0, 2.0], "y": 0.01}, t_end=0.01)
     assert batch["stop_reason"].tolist() == ["t_end", "t_end"]
 
 
-def test_coefficients_stay_at_hand_beside_a_cached_engine(cache):
-    for simulator in (simulators()[0], simulators()[0]):
-        simulator.run(START, t_end=0.01)
+def test_coefficients_stay_at_hand_beside_a_cached_engine(cache, filled):
+    filled(softened_run, cache)
+    simulator = simulators()[0]
+    simulator.run(START, t_end=0.01)
     assert simulator.mechanism.coefficients.W_nn == 1 / M.symbol
     outline = Outline.of(simulator.automaton)
     assert simulator.outline == outline
@@ -227,15 +259,15 @@ DAMAGES = {
         for n, d in DAMAGES.items()
     ],
 )
-def test_damaged_entry_is_made_anew(cache, damage):
-    first = simulators()[0].run(START, t_end=0.2)
+def test_damaged_entry_is_made_anew(cache, filled, damage):
+    first = filled(softened_run, cache)
     numbers = Delassus.of(sledge()).contact_quantities
     whole = {path: path.read_bytes() for path in entries(cache)}
     assert len(whole) == 3  # the engine and its C, the numbers of its contact
     for path, text in whole.items():
         path.write_bytes(damage(text))
     quantities._stored.cache_clear()
-    again = simulators()[0].run(START, t_end=0.2)
+    again = softened_run()
     assert np.array_equal(again.final_state, first.final_state)
     assert Delassus.of(sledge()).contact_quantities.names == numbers.names
     assert {path: path.read_bytes() for path in entries(cache)} == whole
@@ -266,6 +298,10 @@ def test_any_builder_that_is_a_dataclass_is_known_again(cache, monkeypatch):
     assert [Decay(rate).end() for rate in (1, 2)] == ends
 
 
+def decay():
+    return Decay(1).end()
+
+
 def gone(path):
     path.unlink()
 
@@ -276,34 +312,35 @@ def broken(path):
 
 
 @pytest.mark.parametrize("damage", [gone, broken])
-def test_library_that_is_gone_or_damaged_is_compiled_anew(cache, damage):
-    first = Decay(3).end()
+def test_library_that_is_gone_or_damaged_is_compiled_anew(cache, filled, damage):
+    filled(decay, cache)
+    first = decay()
     (library,) = cache.glob("*.so")
     # In its place, not over it: this process still runs the first one.
     damage(library)
-    assert Decay(3).end() == first
+    assert decay() == first
     (again,) = cache.glob("*.so")
     assert again.stat().st_size > 1000
 
 
-def test_entry_of_another_compiler_is_not_used(cache, tmp_path, monkeypatch):
-    Decay(1).end()
+def test_entry_of_another_compiler_is_not_used(cache, filled, tmp_path, monkeypatch):
+    filled(decay, cache)
     mark = compiler_mark()
     own = tmp_path / "own-cc"
     own.write_text('#!/bin/sh\nexec cc "$@"\n')
     own.chmod(0o755)
     monkeypatch.setenv("CC", str(own))
     assert compiler_mark() != mark
-    Decay(1).end()
+    decay()
     assert len(entries(cache)) == 3  # one C, two libraries
 
 
-def test_no_compiler_is_told_also_where_the_cache_has_the_engine(cache, monkeypatch):
-    Decay(1).end()
+def test_no_compiler_is_told_also_where_the_cache_has_the_engine(cache, filled, monkeypatch):
+    filled(decay, cache)
     monkeypatch.setenv("CC", "/nonexistent/cc")
     assert compiler_mark() is None
     with pytest.raises(CompilerMissing, match="/nonexistent/cc"):
-        Decay(1).end()
+        decay()
 
 
 def test_entry_comes_back_as_it_was_and_leaves_nothing_beside_it(cache):

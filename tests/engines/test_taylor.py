@@ -107,7 +107,7 @@ def test_coefficients_are_those_of_mpmath(integrals, x0, n):
     start = np.array([x0, *np.zeros(nx - 1)])
     run = integrals.run(start, np.array([n]), options(10.0, nx, max_steps=1))
     h, series = run.steps[0, 1], coefficients(run.steps[0, 3:-1].reshape(-1, nx))
-    with mpmath.workdps(60):
+    with mpmath.workdps(20):
         for i, (name, (_, g)) in enumerate(FUNCTIONS.items()):
             expected = mpmath.taylor(lambda x, g=g: g(x, mpmath.mpf(n)), mpmath.mpf(x0), 12)
             for k in range(1, 12):
