@@ -356,7 +356,7 @@ class Block:
         """Return the first guard that comes down through zero within the last step, and where."""
         path, best = solver.dense_output(), None
         times = np.linspace(solver.t_old, solver.t, 9)
-        states = [path(t) for t in times]
+        states = path(times).T
         for k, (*_, g) in enumerate(guards):
             values = [g(y) for y in states]
             for j in range(8):

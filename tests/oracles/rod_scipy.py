@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -505,7 +506,8 @@ class _Integrator:
             solver.step()
             if solver.status == "failed":
                 raise RuntimeError(f"rod oracle, mode {mode}, t={solver.t}: step size underflow")
-            t_new, dense = float(solver.t), solver.dense_output()
+            # Every guard is sampled at the same times.
+            t_new, dense = float(solver.t), cache(solver.dense_output())
             roots = []
             for index, (name, g, sign) in enumerate(checks):
                 value = _along(dense, g, sign)
