@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 
@@ -23,13 +24,18 @@ kappa, tau = sp.symbols("kappa tau", real=True)
 mu = sp.Symbol("mu", nonnegative=True)
 
 
+@functools.cache
+def ratio_of(law, slip, case=ImpactClass.C_STICKING):
+    return chatter_ratio(case, restitution_law(law), slip)
+
+
 @pytest.fixture(scope="module")
 def contact():
     return general_contact().coefficients
 
 
 def test_poisson_sticking_bounces_grow_by_e_times_one_plus_kappa_tau():
-    ratio = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
+    ratio = ratio_of("poisson", 1)
     e = ratio.law.parameter.symbol
     assert sp.simplify(ratio.ratio - e * (1 + kappa * tau)) == 0
     assert sp.simplify(ratio.restitution_threshold - 1 / (1 + kappa * tau)) == 0
@@ -58,7 +64,7 @@ def test_slip_throughout_dies_out_like_the_restitution(law):
 @pytest.mark.parametrize("law", ["poisson", "energetic"])
 @pytest.mark.parametrize("case", CYCLES[1:])
 def test_bounces_repeat_themselves_at_the_threshold(case, law):
-    ratio = chatter_ratio(case, restitution_law(law), slip=1)
+    ratio = ratio_of(law, 1, case)
     values = {W_tt: 0.7, A_stick: 0.4, kappa: 1.5, tau: 0.8, mu: 1.8}
     at = ratio.restitution_threshold.subs(values)
     assert at.is_real
@@ -101,7 +107,7 @@ _cached = {}
 def _forms(law, case):
     key = (law, case)
     if key not in _cached:
-        ratio = chatter_ratio(case, restitution_law(law), 1)
+        ratio = ratio_of(law, 1, case)
         exprs = (ratio.ratio, ratio.restitution_threshold)
         margins = [c.margin for c in ratio.conditions]
         _cached[key] = (*map(_function, exprs), [_function(m) for m in margins])
@@ -185,7 +191,7 @@ def test_general_contact_has_the_coefficients_it_is_named_by(contact):
 def test_rod_without_drive_never_chatters_in_reverse():
     """κτ = −6 l θ̇² sin θ cos² θ/((1 + 3 sin² θ)|b_n|) ≤ 0."""
     c = rod().coefficients
-    chatter = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
+    chatter = ratio_of("poisson", 1)
     at = {"theta": 0.8, "theta_dot": 1.5, "l": 1.0, "g": 9.8, "m": 1.0, "e_poisson": 1.0}
     expected = 1 - 6 * 1.5**2 * math.sin(0.8) * math.cos(0.8) ** 2 / (
         (1 + 3 * math.sin(0.8) ** 2) * (9.8 - 1.5**2 * math.sin(0.8))

@@ -143,7 +143,7 @@ def test_law_defaults_are_valid_and_explained(contact_law):
     assert contact_law.title and contact_law.source
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(
     n=st.floats(1.0, 3.0),
     e=st.floats(0.1, 1.0),
@@ -164,7 +164,7 @@ def test_bilinear_unloading_lies_below_loading_and_above_zero(n, e, deepest, par
     assert -1e-9 * loading <= unloading <= loading * (1 + 1e-9)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(
     index=st.integers(0, len(VARIANTS) - 1), delta=st.floats(1e-6, 1.0), rate=st.floats(0.0, 5.0)
 )

@@ -45,7 +45,7 @@ def test_rates_solve_the_characteristic_equation(name, saddle):
         assert sum(terms) == pytest.approx(0, abs=1e-12 * rate**2)
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(a=st.floats(-5, -1e-3), b=st.floats(1e-2, 100), n=st.floats(1.0, 3.0))
 def test_growth_rate_without_damping_is_the_root_of_n_B_over_depth(a, b, n):
     chosen = law("hertz")
