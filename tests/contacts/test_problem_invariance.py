@@ -38,15 +38,13 @@ def changed(problem, rows, b_unit=1.0, W_unit=1.0, order=None, mirror=1.0):
     )
 
 
-def verdict(problem):
+def solved(problem):
+    """Return what does not depend on units, and the forces of the isolated solutions."""
     solutions = problem.solutions()
-    modes = sorted(str([m.value for m in s.modes]) for s in solutions if s.isolated)
-    wide = any(not s.isolated for s in solutions)
-    return problem.case_of(solutions), modes, wide, problem.uniqueness()
-
-
-def isolated(problem):
-    return [s for s in problem.solutions() if s.isolated]
+    isolated = [s for s in solutions if s.isolated]
+    modes = sorted(str([m.value for m in s.modes]) for s in isolated)
+    verdict = problem.case_of(solutions), modes, len(isolated) < len(solutions)
+    return (*verdict, problem.uniqueness()), [s.forces for s in isolated]
 
 
 def same_forces(problem, first, second):
@@ -82,10 +80,9 @@ def test_solutions_agree_with_mode_analysis_for_friction_over_many_decades(data,
 def test_solutions_scale_with_the_units_of_mass_length_and_time(problem, mass, length, time):
     acceleration = length / time**2
     other = changed(problem, np.ones(problem.size), acceleration, 1 / mass)
-    assert verdict(problem) == verdict(other)
-    force = mass * acceleration
-    expected = [force * s.forces for s in isolated(problem)]
-    assert same_forces(problem, expected, [s.forces for s in isolated(other)])
+    (here, forces), (there, others) = solved(problem), solved(other)
+    assert here == there
+    assert same_forces(problem, [mass * acceleration * F for F in forces], others)
 
 
 @settings(max_examples=80)
@@ -93,23 +90,23 @@ def test_solutions_scale_with_the_units_of_mass_length_and_time(problem, mass, l
 def test_solutions_do_not_depend_on_the_size_of_each_contact(problem, sizes):
     rows = np.array(sizes[: problem.size])
     other = changed(problem, rows)
-    assert verdict(problem) == verdict(other)
-    back = [np.repeat(rows, 2) * s.forces for s in isolated(other)]
-    assert same_forces(problem, [s.forces for s in isolated(problem)], back)
+    (here, forces), (there, others) = solved(problem), solved(other)
+    assert here == there
+    assert same_forces(problem, forces, [np.repeat(rows, 2) * F for F in others])
 
 
 @settings(max_examples=60)
 @given(problems())
 def test_solutions_of_the_mirror_image_slip_the_other_way(problem):
     other = changed(problem, np.ones(problem.size), mirror=-1.0)
-    case, modes, wide, promise = verdict(problem)
+    (case, modes, wide, promise), forces = solved(problem)
     solutions = other.solutions()
     swapped = [str([SWAPPED[m].value for m in s.modes]) for s in solutions if s.isolated]
     assert sorted(swapped) == modes and other.uniqueness() is promise
     assert any(not s.isolated for s in solutions) == wide and other.case_of(solutions) is case
     signs = np.tile([1.0, -1.0], problem.size)
-    expected = [signs * s.forces for s in isolated(problem)]
-    assert same_forces(problem, expected, [s.forces for s in isolated(other)])
+    mirrored = [s.forces for s in solutions if s.isolated]
+    assert same_forces(problem, [signs * F for F in forces], mirrored)
 
 
 @settings(max_examples=60)
@@ -118,11 +115,10 @@ def test_solutions_permute_with_contacts_of_both_kinds(problem, random):
     order = list(range(problem.size))
     random.shuffle(order)
     other = changed(problem, np.ones(problem.size), order=order)
-    (case, _, wide, promise), there = verdict(problem), verdict(other)
+    ((case, _, wide, promise), forces), (there, others) = solved(problem), solved(other)
     assert (case, wide, promise) == (there[0], *there[2:])
     rows = [2 * i + k for i in order for k in (0, 1)]
-    expected = [s.forces[rows] for s in isolated(problem)]
-    assert same_forces(other, expected, [s.forces for s in isolated(other)])
+    assert same_forces(other, [F[rows] for F in forces], others)
 
 
 @settings(max_examples=60)

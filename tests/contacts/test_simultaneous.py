@@ -22,6 +22,8 @@ LAW = st.sampled_from(sorted(RESTITUTIONS))
 NEVER_GAINS = ("energetic", "poisson")
 place = st.floats(-1, 1).map(lambda x: round(x, 3))
 speed = st.floats(-2, 2).map(lambda x: round(x, 3))
+friction = st.one_of(st.just(0.0), st.floats(0.005, 3.0))
+inertias, either = st.floats(0.05, 2.0), st.booleans()
 
 
 def block_rows(a: float, h: float) -> np.ndarray:
@@ -33,10 +35,10 @@ def block_rows(a: float, h: float) -> np.ndarray:
 def impacts(draw, contacts=2):
     """Draw W, μ, v of one body that hits floor and walls with all of its contacts."""
     points = [(draw(place), draw(place)) for _ in range(contacts)]
-    walls = [draw(st.booleans()) for _ in range(contacts)]
+    walls = [draw(either) for _ in range(contacts)]
     J = body_rows(points, walls)
-    inertia = draw(st.floats(0.05, 2.0))
-    mu = np.array([draw(st.one_of(st.just(0.0), st.floats(0.005, 3.0))) for _ in range(contacts)])
+    inertia = draw(inertias)
+    mu = np.array([draw(friction) for _ in range(contacts)])
     v = J @ np.array([draw(speed), draw(speed), draw(speed)])
     # What approaches keeps its speed, what parts comes back: still a velocity of the contacts,
     # of a body on moving ground.
