@@ -46,4 +46,8 @@ def _vanishes(difference: sp.Expr) -> bool:
         half_angle[sp.sin(angle)] = 2 * u / (1 + u**2)
         half_angle[sp.cos(angle)] = (1 - u**2) / (1 + u**2)
         half_angle[sp.tan(angle)] = 2 * u / (1 - u**2)
-    return bool(sp.simplify(sp.together(difference.subs(half_angle))) == 0)
+    whole = sp.together(difference.subs(half_angle))
+    numerator = sp.expand(sp.fraction(whole)[0])
+    if numerator == 0 or (numerator.is_polynomial() and not numerator.has(sp.Float)):
+        return bool(numerator == 0)
+    return bool(sp.simplify(whole) == 0)
