@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import itertools
 import math
 
@@ -40,15 +41,26 @@ class Solutions(ctypes.Structure):
     )
 
 
+@pytest.fixture(scope="module")
+def build(tmp_path_factory):
+    """Return what exports a scenario as `mine` and compiles it, each once."""
+
+    @functools.cache
+    def built(name):
+        done = export_scenario(SCENARIOS[name], tmp_path_factory.mktemp(name) / "c", "mine")
+        return done, library(done)
+
+    return built
+
+
 @pytest.fixture(
     scope="module",
     params=[
         pytest.param(name, marks=pytest.mark.slow if name != "rod" else ()) for name in SCENARIOS
     ],
 )
-def exported(request, tmp_path_factory):
-    scenario = SCENARIOS[request.param]
-    return scenario, export_scenario(scenario, tmp_path_factory.mktemp(request.param) / "c", "mine")
+def exported(request, build):
+    return SCENARIOS[request.param], *build(request.param)
 
 
 def states(mechanism, count):
@@ -65,8 +77,8 @@ def states(mechanism, count):
 
 
 def test_contact_problem_coefficients_and_case_are_the_packages(exported):
-    scenario, done = exported
-    mechanism, c = scenario.mechanism(), library(done)
+    scenario, done, c = exported
+    mechanism = scenario.mechanism()
     simulator, n = simulator_of(scenario), len(mechanism.contacts)
     slips = [simulator.outline.state_names.index(row.slip) for row in simulator.contact.rows]
     seen = set()
@@ -126,10 +138,9 @@ def simulator_of(scenario):
     return Simulator(scenario.mechanism(), scenario.contact_law(), scenario.engine)
 
 
-def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
+def test_cases_of_the_paper_are_those_of_its_tables(build):
     """Table 3 is inconsistent, Table 1 slips; the friction that separates them is the package's."""
-    done = export_scenario(SCENARIOS["rod"], tmp_path / "c", "rod")
-    c, simulator = library(done), simulator_of(SCENARIOS["rod"])
+    (done, c), simulator = build("rod"), simulator_of(SCENARIOS["rod"])
     names = simulator.outline.state_names
     p = np.array([done.trajectory.parameters[s] for s in simulator.outline.parameter_names])
 
@@ -138,8 +149,8 @@ def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
         for name, value in given.items():
             x[names.index(name)] = value
         x[names.index("x_A_dot")] = -1.0
-        c.rod_complete_state(address(p), address(x))
-        return CASES[c.rod_classify(address(p), address(x), 0)]
+        c.mine_complete_state(address(p), address(x))
+        return CASES[c.mine_classify(address(p), address(x), 0)]
 
     assert case(theta=0.5, theta_dot=1.0) is ContactCase.SLIP
     assert case(theta=0.5, theta_dot=5.0) is ContactCase.LIFTOFF
@@ -149,14 +160,14 @@ def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
     numbers = Coefficients()
     x = np.zeros(len(names))
     x[names.index("theta")] = math.pi / 2
-    c.rod_contact_coefficients(address(p), address(x), 0, ctypes.byref(numbers))
+    c.mine_contact_coefficients(address(p), address(x), 0, ctypes.byref(numbers))
     mass = done.trajectory.parameters["m"]
     np.testing.assert_allclose(numbers.A[:], 1 / mass, rtol=1e-14)
 
 
 def test_cases_in_slip_follow_the_signs_also_where_they_are_zero(exported):
-    scenario, done = exported
-    c, contacts = library(done), scenario.mechanism().outline.contacts
+    scenario, _, c = exported
+    contacts = scenario.mechanism().outline.contacts
     words = {code: name for name, code in LEGEND.items()}
     signs = (-1.0, 0.0, 1.0)
     for A, pull, B, s in itertools.product(signs, signs, signs, (-1, 1)):
@@ -170,10 +181,10 @@ def test_cases_in_slip_follow_the_signs_also_where_they_are_zero(exported):
 
 
 @pytest.mark.parametrize("load", [0.0, pytest.param(1e-3, marks=pytest.mark.slow)])
-def test_a_guide_that_needs_no_force_slips_on_or_stays(tmp_path, load):
+def test_a_guide_that_needs_no_force_slips_on_or_stays(build, load):
     """Without a load B = 0, and no force is a solution beside those of the two signs."""
     scenario = SCENARIOS["guide"]
-    c = library(export_scenario(scenario, tmp_path / "c", "mine"))
+    _, c = build("guide")
     simulator = simulator_of(scenario)
     names, mechanism = simulator.outline.state_names, simulator.mechanism
     for speed, mu in itertools.product((-1.0, 0.0, 1.0), (0.5, 3.0)):
