@@ -9,7 +9,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
-from painleve_sym.mechanics.simplify import readable, without_high_powers
+from painleve_sym.mechanics.simplify import readable, reduced, without_high_powers
 
 # Beyond this many operations in W_nn and W_nt a search for closed forms takes minutes.
 _OPERATIONS = 60
@@ -17,6 +17,8 @@ _OPERATIONS = 60
 _READ_WHOLE = 100
 # Roots with an imaginary part below this are real ones with round-off.
 _ROUND_OFF = 1e-9
+# A number that is larger than this after 30 digits of cancellation is not zero.
+_NOT_ZERO = sp.Float("1e-15")
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,7 @@ class CriticalFriction:
         trace, determinant = c.W_nn + c.W_tt, c.W_nn * c.W_tt - c.W_nt**2
         return bool(
             determinant != 0
-            and all(_simplified(sp.diff(form, q)) == 0 for form in (trace, determinant))
+            and all(_vanishes(sp.diff(form, q)) for form in (trace, determinant))
         )
 
     def _by_eigenvalues(self, form: sp.Expr, variable: sp.Expr, t: sp.Symbol) -> CriticalMinimum:
@@ -292,14 +294,19 @@ def _turned_together(coefficients: ContactCoefficients) -> tuple[sp.Symbol, ...]
         turned(contact.J_N) - contact.J_T,
         turned(contact.J_T) + contact.J_N,
     )
-    if all(_simplified(entry) == 0 for matrix in rates for entry in matrix):
+    if all(_vanishes(entry) for matrix in rates for entry in matrix):
         return tuple(angles)
     return ()
 
 
-def _simplified(expr: sp.Expr) -> sp.Expr:
-    whole, powers = without_high_powers(expr)
-    return sp.simplify(whole).xreplace(powers)
+def _vanishes(expr: sp.Expr) -> bool:
+    """Return whether an expression is 0 for all values: asked of a number before it is searched."""
+    whole = without_high_powers(expr)[0]
+    symbols = sorted(whole.free_symbols, key=str)
+    number = whole.subs({s: sp.Rational(i + 3, i + 7) for i, s in enumerate(symbols)}).evalf(30)
+    if number.is_Float and abs(number) > _NOT_ZERO:
+        return False
+    return bool(reduced(sp.fraction(sp.together(whole))[0]) == 0 or sp.simplify(whole) == 0)
 
 
 def in_one_variable(expr: sp.Expr, q: sp.Symbol, t: sp.Symbol) -> tuple[sp.Expr | None, sp.Expr]:
