@@ -187,6 +187,7 @@ def _wavenumbers(ends: tuple[str, str], count: int) -> list[Any]:
     return roots
 
 
+@functools.cache
 def _bending_mode(ends: tuple[str, str], beta: Any) -> BarMode:
     rows = _conditions(ends, beta)[:3]
     # What three conditions leave: the cofactors of the fourth.
@@ -195,6 +196,8 @@ def _bending_mode(ends: tuple[str, str], beta: Any) -> BarMode:
         for k in range(4)
     ]
 
+    # Three integrals take it at the same places.
+    @functools.cache
     def shape(s: Any) -> Any:
         return mp.fsum(w * f for w, f in zip(weights, _basis(0, beta * s), strict=True))
 
