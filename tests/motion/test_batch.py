@@ -57,13 +57,18 @@ def same_bits(a, b) -> bool:
     )
 
 
+KEPT = {"maxima": ("normal_force",), "integrals": ("normal_force",), "events": 2}
+
+
+@pytest.fixture(scope="module")
+def in_one_thread(softened):
+    return run_batch(softened, *impacts(700), **OPTIONS, threads=1, **KEPT)
+
+
 @pytest.mark.parametrize("threads", [2, 3, 8])
-def test_rows_do_not_depend_on_the_number_of_threads(softened, threads):
-    states, parameters = impacts(700)
-    kept = {"maxima": ("normal_force",), "integrals": ("normal_force",), "events": 2}
-    one = run_batch(softened, states, parameters, **OPTIONS, threads=1, **kept)
-    threaded = run_batch(softened, states, parameters, **OPTIONS, threads=threads, **kept)
-    assert same_bits(one.rows, threaded.rows)
+def test_rows_do_not_depend_on_the_number_of_threads(softened, in_one_thread, threads):
+    threaded = run_batch(softened, *impacts(700), **OPTIONS, threads=threads, **KEPT)
+    assert same_bits(in_one_thread.rows, threaded.rows)
 
 
 def test_a_row_does_not_depend_on_the_other_rows(softened):

@@ -48,7 +48,7 @@ def test_clean_data_give_the_parameters_back():
 
 @pytest.mark.parametrize(("name", "state"), [("impacts.csv", {}), ("force.csv", FALL)])
 def test_intervals_of_the_committed_data_hold_the_truth(name, state):
-    data = read_fit_data(FOLDER / name, model("rod"))
+    data = read_fit_data(FOLDER / name, simulator().mechanism)
     fit = problem(data, state=state).solve()
     for i, parameter in enumerate(fit.names):
         low, high = fit.interval[i]
@@ -220,13 +220,13 @@ def test_data_files_are_checked(tmp_path, text, said):
     path = tmp_path / "data.csv"
     path.write_text(text, "utf-8")
     with pytest.raises(InputError, match=said):
-        read_fit_data(path, model("rod"))
+        read_fit_data(path, simulator().mechanism)
 
 
 def test_comments_empty_cells_and_spaces_are_read(tmp_path):
     path = tmp_path / "data.csv"
     path.write_text("# a comment\n\n t [s] , theta [rad], normal_force [N]\n0, 1.5,\n1,,3\n")
-    data = read_fit_data(path, model("rod"))
+    data = read_fit_data(path, simulator().mechanism)
     assert data.count == 2
     np.testing.assert_array_equal(data.times, [0, 1])
     np.testing.assert_array_equal(data.measured["theta"], [1.5, np.nan])
@@ -234,11 +234,11 @@ def test_comments_empty_cells_and_spaces_are_read(tmp_path):
 
 def test_files_that_cannot_be_read_are_named(tmp_path):
     with pytest.raises(InputError, match="No such file"):
-        read_fit_data(tmp_path / "none.csv", model("rod"))
+        read_fit_data(tmp_path / "none.csv", simulator().mechanism)
     path = tmp_path / "binary.csv"
     path.write_bytes(b"\xff\xfe\x00t")
     with pytest.raises(InputError, match="not UTF-8 text"):
-        read_fit_data(path, model("rod"))
+        read_fit_data(path, simulator().mechanism)
 
 
 def test_the_least_squares_end_at_the_limit_of_evaluations():
