@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import fcntl
+import functools
 import importlib
 import io
 import json
@@ -56,6 +57,10 @@ def check_format(out: Path) -> None:
         ) from error
 
 
+# Read from a file of the package, which takes a millisecond and more.
+_installed = functools.cache(version)
+
+
 def attributes(sweep: Sweep) -> dict[str, str]:
     """Return the metadata of a result: title, the sweep's own text, provenance.
 
@@ -65,7 +70,7 @@ def attributes(sweep: Sweep) -> dict[str, str]:
     versions = {
         "painleve_sym": __version__,
         "python": ".".join(map(str, sys.version_info[:3])),
-        **{name: version(name) for name in ("numpy", "scipy", "sympy", "casadi")},
+        **{name: _installed(name) for name in ("numpy", "scipy", "sympy", "casadi")},
         "engine": engine.name,
     }
     if (library := getattr(engine, "library", None)) is not None:
