@@ -194,7 +194,7 @@ class FilmPicture:
         step = max(float(times[j] - times[j - 1]), 1e-300)
         digits = int(np.clip(np.ceil(-np.log10(step * self.factor)) + 1, 0, 9))
         slower = 1 / (step * self.rate)
-        # In words: a formula would be read anew in each frame.
+        # In words: a formula would be read again in each frame.
         text = f"time {times[i] * self.factor:.{digits}f} {self.unit}    "
         if slower < 1.05:
             return text + ("real time" if slower > 0.95 else f"{1 / slower:.2g} times as fast")

@@ -65,7 +65,7 @@ orders = st.integers(1, 3)
 
 
 def entries(count):
-    """Return the strategy of lists of so many integers, from -3 to 3."""
+    """Return the strategy of lists of a number of integers, from -3 to 3."""
     return integers([range(-3, 4)] * count)
 
 
