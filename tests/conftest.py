@@ -17,12 +17,12 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
 def pytest_collection():
-    """Look for no garbage in collection, which makes what lives on: modules, and the tests."""
+    """Collect no garbage while modules and tests are made, which stay to the end."""
     gc.disable()
 
 
 def pytest_collection_finish():
-    """Spare the garbage collector all of that from now on."""
+    """Collect garbage from now on, but leave these modules and tests out of it."""
     gc.enable()
     gc.collect()
     gc.freeze()

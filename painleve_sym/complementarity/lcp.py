@@ -265,11 +265,11 @@ def solution_at(
     scaled: LCP,
     unit: FloatArray,
     point: FloatArray,
-    known: Mapping[bytes, Face | None] | None = None,
+    faces: Mapping[bytes, Face | None] | None = None,
 ) -> LCPSolution:
     """Return the solution in the units of `lcp`, with what varies around it.
 
-    `known` are the faces of all sets, where they have been tried.
+    `faces` are those of all sets, where they have been computed.
     """
     z = unit * point
     w = lcp.matrix @ z + lcp.offset
@@ -281,8 +281,8 @@ def solution_at(
     if np.sum(open_pair & ~active) <= ENUMERATION_LIMIT:
         # Every solution near this one lies in a cone that also holds this one.
         supports = _between(active, active | open_pair)
-        faces = (known[s.tobytes()] if known else _cone_face(scaled, s) for s in supports)
-        moving = np.any([face[1] for face in faces if face is not None], axis=0)
+        beside = (faces[s.tobytes()] if faces else _cone_face(scaled, s) for s in supports)
+        moving = np.any([face[1] for face in beside if face is not None], axis=0)
         varying = tuple(bool(flag) for flag in np.broadcast_to(moving, z.shape))
     return LCPSolution(z, w, residual(lcp, z), tuple(bool(flag) for flag in active), varying)
 

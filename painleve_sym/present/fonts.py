@@ -70,8 +70,8 @@ def _best_font(wanted: frozenset[int]) -> tuple[str, frozenset[int]]:
 def text_width(text: str, size: float) -> float:
     """Return the width of a text of this size in points; inch."""
     own = _letters(findfont(FAMILY))
-    known = "".join(c if ord(c) in own else "M" for c in text)
-    formulas = bool(is_math_text(known))
-    words = known if formulas else known.replace(r"\$", "$")
+    drawable = "".join(c if ord(c) in own else "M" for c in text)
+    has_formulas = bool(is_math_text(drawable))
+    written = drawable if has_formulas else drawable.replace(r"\$", "$")
     font = FontProperties(family=FAMILY, size=size)
-    return float(text_to_path.get_text_width_height_descent(words, font, formulas)[0]) / 72
+    return float(text_to_path.get_text_width_height_descent(written, font, has_formulas)[0]) / 72

@@ -309,12 +309,12 @@ def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> 
 
 def _print(figure: Figure, file: Any, suffix: str) -> None:
     """Draw a figure that is laid out to a file, once, where savefig would draw twice."""
-    shown, dpi, name = figure.canvas, figure.dpi, suffix[1:]
+    own_canvas, dpi, name = figure.canvas, figure.dpi, suffix[1:]
     canvas: Any = get_registered_canvas_class(name)(figure)
     try:
         getattr(canvas, f"print_{name}")(file, metadata=_METADATA[suffix])
     finally:
-        figure.set_canvas(shown)
+        figure.set_canvas(own_canvas)
         figure.dpi = dpi
 
 

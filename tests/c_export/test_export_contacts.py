@@ -43,7 +43,7 @@ class Solutions(ctypes.Structure):
 
 @pytest.fixture(scope="module")
 def build(tmp_path_factory):
-    """Return what exports a scenario as `mine` and compiles it, each once."""
+    """Return a function that exports a scenario as `mine` and compiles it, each once."""
 
     @functools.cache
     def built(name):

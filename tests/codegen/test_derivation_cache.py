@@ -92,7 +92,7 @@ def rigid_run():
 
 @pytest.fixture(scope="module")
 def filled(tmp_path_factory):
-    """Return a function: it calls another one with an empty cache, or takes over its cache."""
+    """Return a function that calls another one once, in an empty cache, and copies that cache."""
 
     @functools.cache
     def once(first):

@@ -39,7 +39,7 @@ def changed(problem, rows, b_unit=1.0, W_unit=1.0, order=None, mirror=1.0):
 
 
 def solved(problem):
-    """Return what does not depend on units, and the forces of the isolated solutions."""
+    """Return case, modes and uniqueness, which have no units, and the isolated forces."""
     solutions = problem.solutions()
     isolated = [s for s in solutions if s.isolated]
     modes = sorted(str([m.value for m in s.modes]) for s in isolated)

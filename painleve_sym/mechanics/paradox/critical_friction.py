@@ -10,6 +10,7 @@ import sympy as sp
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.simplify import readable, reduced, without_high_powers
+from painleve_sym.mechanics.system import sample_values
 
 # Beyond this many operations in W_nn and W_nt a search for closed forms takes minutes.
 _OPERATIONS = 60
@@ -303,7 +304,7 @@ def _vanishes(expr: sp.Expr) -> bool:
     """Return whether an expression is 0 for all values: asked of a number before it is searched."""
     whole = without_high_powers(expr)[0]
     symbols = sorted(whole.free_symbols, key=str)
-    number = whole.subs({s: sp.Rational(i + 3, i + 7) for i, s in enumerate(symbols)}).evalf(30)
+    number = sp.N(whole.xreplace(sample_values(symbols, 1)), 30)
     if number.is_Float and abs(number) > _NOT_ZERO:
         return False
     return bool(reduced(sp.fraction(sp.together(whole))[0]) == 0 or sp.simplify(whole) == 0)
