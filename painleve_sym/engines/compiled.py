@@ -224,7 +224,7 @@ class CompiledEngine:
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
         # Loops of runs use the same few options, or even the same object.
         self._in_c = functools.lru_cache(maxsize=64)(self._options_in_c)
-        self._last_options: tuple[RunOptions | None, Any] = (None, None)
+        self._last_options: tuple[tuple[Any, ...], Any] = ((), None)
         self._no_steps = np.empty((0, self._step_width))
         self._no_events = np.empty((0, self._event_width))
 
@@ -306,15 +306,16 @@ class CompiledEngine:
         # Passing `bytes` avoids the overhead of `ndarray.ctypes`.
         x, p, atol = _bytes(state), _bytes(parameters), _bytes(options.atol)
         z = self._no_memory if memory is None else _bytes(memory)
-        last, shared = self._last_options
-        if last is not options:
-            shared = ctypes.byref(self._in_c(_shared(options)))
-            self._last_options = (options, shared)
+        shared = _shared(options)
+        last, options_in_c = self._last_options
+        if last != shared:
+            options_in_c = ctypes.byref(self._in_c(shared))
+            self._last_options = (shared, options_in_c)
         if listener is None:
-            kept = self._library.ps_complete(x, z, p, shared, atol, out)
+            kept = self._library.ps_complete(x, z, p, options_in_c, atol, out)
         else:
             with listening(listener, self._nx) as heard:
-                own = self._options.from_buffer_copy(self._in_c(_shared(options)))
+                own = self._options.from_buffer_copy(self._in_c(shared))
                 own.listener = heard
                 kept = self._library.ps_complete(x, z, p, ctypes.byref(own), atol, out)
         time, mode, reason, stop, *counters, step_count, event_count, width = out[:_HEAD]
@@ -344,7 +345,7 @@ class CompiledEngine:
             stop_transition=int(stop),
             steps=steps,
             events=events,
-            counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
+            counters={name: int(count) for name, count in zip(COUNTERS, counters, strict=True)},
         )
 
     def run_batch(

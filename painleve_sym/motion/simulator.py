@@ -100,15 +100,15 @@ class Simulator(MechanismWithLaws):
         if parameters is None and law_parameters is None:
             return {}
         given = dict(by_name(parameters, f"{self.where}: parameters", "{'mu': 0.5}"))
-        of_law = by_name(law_parameters, f"law {self.label!r}: law_parameters", "{'E': 2e11}")
-        if of_law:
-            own = [p.name for p in self.own_parameters]
-            for name, value in of_law.items():
-                here = f"{name}_law" if f"{name}_law" in own else name
-                if here not in own:
-                    message = unknown_name("parameter", name, own)
-                    raise InputError(f"law {self.label!r}: {message}")
-                given[here] = value
+        if law_parameters is None:
+            return given
+        own = [p.name for p in self.own_parameters]
+        where = f"law {self.label!r}"
+        for name, value in by_name(law_parameters, f"{where}: law_parameters", "{'E': 2e11}").items():
+            here = f"{name}_law" if f"{name}_law" in own else name
+            if here not in own:
+                raise InputError(f"{where}: {unknown_name('parameter', name, own)}")
+            given[here] = value
         return given
 
     @spelled_out(RunArguments)
@@ -200,8 +200,8 @@ class Simulator(MechanismWithLaws):
         """Return the start of a run, unchecked, and `Prepared.admits` of it."""
         p, motion = self._vector_of(place.parameters), np.array([*place.state.values()])
         prepared = self.integrator.prepare(p[None], motion[None], np.array([force]))
-        state, admits, scale = (array[0] for array in prepared)
-        return Start(place, state, p, scale, force), admits.tolist()
+        admits: list[float] = prepared.admits[0].tolist()
+        return Start(place, prepared.states[0], p, prepared.scales[0], force), admits
 
     def start_expressions(self, forced: bool) -> dict[Any, Any]:
         """Return the start values that follow from other ones: states to SymPy expressions.

@@ -16,6 +16,11 @@ static const double PS_REST_ERRORS = 10;
 static double first_step(ps_run *s, const ps_options *o);
 static int guard_side(double g, double d, double d2, double zero, double moment, int departs);
 
+/* Whether rounding of the states decides what a derivative is; `near` is that of states rounded otherwise. */
+static int rounding_decides(double derivative, double near) {
+  return fabs(near - derivative) >= PS_ROUNDED * fabs(derivative);
+}
+
 /* How the tests of the mode hold in the memory of the run: each is positive, or zero but for rounding
  * with the first derivative that is not zero positive; one that vanishes has none that is not zero. By
  * the measure by which guards are armed they last: none of these then fires at once. Idle: what should
@@ -27,9 +32,9 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
   const ps_mode *m = &PS_MODES[s->mode];
   /* C99 has no arrays without an element. */
   double v[PS_NTEST + 1], d[PS_NTEST + 1], d2[PS_NTEST + 1], scale[PS_NTEST + 1];
-  double x_near[PS_NX], near[4][PS_NTEST + 1], *d_near = near[1], *d2_near = near[2];
+  double x_near[PS_NX], near[4][PS_NTEST + 1] = {{0}}, *d_near = near[1], *d2_near = near[2];
   double *res[4] = {v, d, d2, scale}, *res_near[4] = {near[0], d_near, d2_near, near[3]};
-  int lasts = 1, idle = 0, ends = 1, positive = 0;
+  int lasts = 1, idle = 0, ends = 1, positive = 0, rounded = 0;
   specialise(s);
   field(s, s->x, s->k[0]);
   const double h = first_step(s, o);
@@ -41,20 +46,24 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
     const double rounding = PS_ZERO_TERMS * o->atol[i] / o->rtol;
     x_near[i] = s->x[i] == 0 ? 0 : s->x[i] + (i % 2 ? rounding : -rounding);
   }
-  call(s, m->tests, x_near, res_near);
   for (int j = 0; j < m->tested; j++) {
-    double first = h * d[j], second = 0.5 * h * h * d2[j], slope = PS_ZERO_SLOPE * scale[j];
-    if (fabs(d_near[j] - d[j]) >= PS_ROUNDED * fabs(d[j])) first = 0;
-    if (fabs(d2_near[j] - d2[j]) >= PS_ROUNDED * fabs(d2[j])) second = 0;
-    double decides = fabs(second) > slope ? second : 0;
     if (!isfinite(v[j])) *missed = HUGE_VAL;
     /* Of motions with as many open parts, the policy takes one by the sign of this value. */
     if (m->roles[j] == 'r') {
       positive |= v[j] > 0;
       continue;
     }
-    if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) decides = v[j];
-    else if (fabs(first) > slope) decides = first;
+    double decides = v[j], slope = PS_ZERO_SLOPE * scale[j];
+    if (!(fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(h * d[j]))) {
+      if (!rounded && (d[j] != 0 || d2[j] != 0)) {
+        call(s, m->tests, x_near, res_near);
+        rounded = 1;
+      }
+      const double first = rounding_decides(d[j], d_near[j]) ? 0 : h * d[j];
+      const double second = rounding_decides(d2[j], d2_near[j]) ? 0 : 0.5 * h * h * d2[j];
+      if (!(fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)))
+        decides = fabs(first) > slope ? first : fabs(second) > slope ? second : 0;
+    }
     const int stays = !s->exists && m->roles[j] == 'b' && decides == 0 && scale[j] > 0;
     idle |= stays;
     if (m->roles[j] == 'v') decides = -fabs(decides);
