@@ -36,7 +36,7 @@ def in_unit(text: str, unit: str, name: str) -> float:
     Raises
     ------
     InputError
-        Another text, a unit that is unknown or of another dimension, no pint.
+        Another text, a unit that is unknown or of another dimension, no pint for another unit.
 
     Examples
     --------
@@ -82,14 +82,14 @@ def factor(own: str, unit: str, name: str) -> float:
     >>> factor("mm/s", "m/s", "x_dot")
     0.001
     """
-    if own == unit:
-        return 1.0
-    if len(own) > _LONGEST or _UNIT_TEXT.fullmatch(own) is None:
+    if own != unit and (len(own) > _LONGEST or _UNIT_TEXT.fullmatch(own) is None):
         raise InputError(f"{name}: got the unit [{shortened(own)}], need [{unit}].")
     return _converted(1.0, own, unit, name)
 
 
 def _converted(value: float, own: str, unit: str, name: str) -> float:
+    if own == unit:
+        return value
     try:
         registry = _registry()
     except ImportError:

@@ -170,6 +170,7 @@ def test_without_pint_the_install_line_is_given(capsys, monkeypatch):
     code, _, err = run(capsys, "classify", "rod", "--state", "theta=30deg")
     assert code == 2
     assert "pip install 'painleve-sym[units]'" in err and "in rad" in err
+    assert run(capsys, "classify", "rod", "--state", "theta=1rad,theta_dot=2 rad/s")[0] == 0
 
 
 def test_numbers_without_a_unit_never_import_pint():
