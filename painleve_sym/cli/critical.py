@@ -22,6 +22,7 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.cli.run import show_start
 from painleve_sym.errors import InputError
+from painleve_sym.files import plain_fields
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient
@@ -99,8 +100,7 @@ def _data(
     }
     if gradient:
         data["gradient"] = {
-            g.name: {"value": g.value, "error": g.error, "method": g.method}
-            for g in gradient.values()
+            name: plain_fields(g, "value", "error", "method") for name, g in gradient.items()
         }
     return data
 
@@ -143,9 +143,7 @@ def _show(
         show(f"closed form with A and B held, approach included: {predicted}")
     if gradient:
         show()
-        units = {p.name: p.unit for p in finder.simulator.mechanism.outline.parameters}
-        units |= {p.name: p.unit for p in finder.simulator.own_parameters}
-        units |= finder.simulator.mechanism.state_units
+        units = finder.simulator.units
         table = [
             (g.name, number(g.value, 9), number(g.error, 1), _per(units[g.name]))
             for g in gradient.values()
@@ -159,11 +157,9 @@ def _per(unit: str) -> str:
 
 def _show_case(scenario: Scenario, finder: CriticalForceFinder, drop: dict[str, float]) -> None:
     simulator = finder.simulator
-    declared = (*simulator.mechanism.outline.parameters, *simulator.own_parameters)
-    units = {p.name: p.unit for p in declared}
     values = simulator.parameters({**scenario.parameters, **scenario.law_parameters})
     values = {n: v for n, v in values.items() if n not in drop}
-    show(f"{simulator.mechanism.name} with {assignments(values, units)}")
+    show(f"{simulator.mechanism.name} with {assignments(values, simulator.units)}")
     show_start(simulator.mechanism, scenario, drop)
 
 
@@ -189,8 +185,7 @@ def _map(
     options: dict[str, Any] = {"parameters": given, "forces": arguments.forces}
     if arguments.points is not None:
         options["points"] = arguments.points
-    own = {p.name: p.unit for p in finder.simulator.own_parameters}
-    unit = unit_for("--over", over, text, lambda: scenario.mechanism().units | own)
+    unit = unit_for("--over", over, text, lambda: finder.simulator.units)
     ends = read_range(f"--over {over}", text, unit)
     outcomes = outcome_map(finder, scenario.start(), over, ends, **options)
 

@@ -70,8 +70,7 @@ def map(arguments: argparse.Namespace) -> int:
 
 
 def _show(regions: RegionMap, mechanism: Mechanism) -> None:
-    units: Mapping[str, str] = {p.name: p.unit for p in mechanism.outline.parameters}
-    show(f"{mechanism.name} with {assignments(regions.parameters, units)}")
+    show(f"{mechanism.name} with {assignments(regions.parameters, mechanism.units)}")
     held = {name: value for name, value in regions.state.items() if value != 0}
     if held:
         show(f"at {assignments(held, mechanism.state_units)} (others 0)")

@@ -56,13 +56,11 @@ def show_case(
         show(scenario.title)
     if scenario.material:
         show(f"material {scenario.material}")
-    units = {p.name: p.unit for p in mechanism.outline.parameters}
-    values = {p.name: p.default for p in mechanism.outline.parameters} | dict(scenario.parameters)
-    values = dict(parameters or values)
+    values = dict(parameters or {**mechanism.parameters, **scenario.parameters})
     others = ""
     if len(values) > MANY:
         values, others = {n: v for n, v in values.items() if v}, " (others 0)"
-    show(f"{mechanism.name} with {assignments(values, units)}{others}")
+    show(f"{mechanism.name} with {assignments(values, mechanism.units)}{others}")
     show_start(mechanism, scenario, leave_out)
 
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite, plain_fields
-from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.progress import Advance, progress
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder, Outcome
 from painleve_sym.study.critical.continuation import Setting
@@ -175,7 +174,7 @@ def outcome_map(
     """
     setting = Setting(finder, state, parameters or {})
     values = _axis(finder, over, ends, points)
-    unit = _unit(finder.simulator.mechanism, setting, over)
+    setting.value(over)  # an unknown name is reported here
     if forces is not None:
         _axis(finder, "initial force", forces, points)
         if forces[0] < 0:
@@ -195,7 +194,7 @@ def outcome_map(
         mechanism=simulator.mechanism.name,
         law=simulator.contact_law.name,
         over=over,
-        unit=unit,
+        unit=simulator.units[over],
         forces=grid,
         values=values,
         outcome=outcome,
@@ -220,9 +219,3 @@ def _axis(finder: CriticalForceFinder, name: str, ends: tuple[float, float], poi
     if _logarithmic(low, high):
         return np.geomspace(low, high, points)
     return np.linspace(low, high, points)
-
-
-def _unit(mechanism: Mechanism, setting: Setting, name: str) -> str:
-    setting.value(name)  # an unknown name is reported here
-    own = (*mechanism.outline.parameters, *setting.finder.simulator.own_parameters)
-    return ({p.name: p.unit for p in own} | mechanism.state_units)[name]

@@ -318,7 +318,7 @@ class FitProblem:
         reach = float(stdtrit(known, 0.5 + self.level / 2)) * error
         return FitResult(
             names=self.estimate,
-            units=tuple(self._unit(n) for n in self.estimate),
+            units=tuple(self.simulator.units[n] for n in self.estimate),
             start=start,
             estimate=estimate,
             standard_error=error,
@@ -335,11 +335,6 @@ class FitProblem:
             condition=float(singular[0] / singular[-1]),
             message=message,
         )
-
-    def _unit(self, name: str) -> str:
-        if name in self._declared:
-            return self._declared[name].unit
-        return self.simulator.mechanism.state_units[name]
 
     def _check_identifiable(self, jacobian: Array, lengths: Array) -> None:
         """Raise InputError if the Jacobian is rank deficient."""
