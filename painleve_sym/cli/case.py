@@ -83,7 +83,7 @@ def _base(case: str, command: str) -> Scenario:
 
 
 def read_law_settings(
-    name: str | None, texts: list[str], of_mechanism: Collection[str] = ()
+    name: str | None, texts: Collection[str] | None, of_mechanism: Collection[str] = ()
 ) -> dict[str, Any]:
     """Return law parameters and choices of ``--law-set``; InputError where there is no law.
 
@@ -106,7 +106,7 @@ def read_law_settings(
             raise InputError(f"--law-set of {name!r}: {unknown_name('parameter', key, known)}")
     units = {p.name: p.unit for p in chosen.parameters}
     entries = [f"{k}={v}" for k, v in pairs.items() if k not in choices]
-    numbers = read_quantities("--law-set", entries, lambda: units) if entries else {}
+    numbers = read_quantities("--law-set", entries, lambda: units)
     return {"law_parameters": numbers, "law_choices": choices}
 
 
@@ -114,5 +114,4 @@ def chosen_law(name: str | None, texts: list[str] | None) -> Law | LawsByContact
     """Return the law of ``--law`` with the choices of ``--law-set``."""
     if name is None:
         raise InputError("--law: missing. Fix: name one, such as --law bilinear-hertz.")
-    settings = read_law_settings(name, texts) if texts else {"law_choices": {}}
-    return law(name, **settings["law_choices"])
+    return law(name, **read_law_settings(name, texts)["law_choices"])

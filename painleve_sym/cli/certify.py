@@ -4,28 +4,25 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from painleve_sym.cli.case import chosen_mechanism
-from painleve_sym.cli.options import (
-    output_file,
-    read_assignments,
-    read_quantities,
-    read_range,
-    unit_for,
-)
+from painleve_sym.cli.options import output_file, read_quantities, read_ranges
 from painleve_sym.cli.output import number, print_json, show, show_notices
 from painleve_sym.contacts.positive import NO_PARADOX, PositiveFunction, positive_function
 from painleve_sym.errors import InputError
 from painleve_sym.files import read_text, write_beside
+from painleve_sym.quantities import counted
 
 if TYPE_CHECKING:
     from painleve_sym.certify.checker import Side
     from painleve_sym.certify.proof import Proof
 
 MAX_BYTES = 500_000_000
+BOX = "0.2:1.4"
+"""Ends that a message shows as an example."""
 
 
 def certify(arguments: argparse.Namespace) -> int:
@@ -35,21 +32,11 @@ def certify(arguments: argparse.Namespace) -> int:
     def units() -> dict[str, str]:
         return dict(mechanism.units)
 
-    over = read_box(arguments.over, units)
-    held: dict[str, float] = {}
-    for option, texts in (("--state", arguments.state), ("--set", arguments.set)):
-        held |= read_quantities(option, texts, units) if texts else {}
+    over = read_ranges("--over", arguments.over, units, BOX)
+    held = read_quantities("--state", arguments.state, units)
+    held |= read_quantities("--set", arguments.set, units)
     positive = positive_function(mechanism, over, held)
     return answer(arguments, mechanism.name, {"mechanism": mechanism.name}, over, positive)
-
-
-def read_box(texts: list[str], units: Callable[[], dict[str, str]]) -> dict[str, Side]:
-    """Return the ends of each quantity of ``--over NAME=FROM:TO,...``."""
-    over = {}
-    for name, text in read_assignments("--over", texts).items():
-        unit = unit_for("--over", name, text, units)
-        over[name] = read_range(f"--over {name}", text, unit, f"{name}=0.2:1.4")
-    return over
 
 
 def claim_of(contact: str, values: Mapping[str, float]) -> str:
@@ -96,7 +83,7 @@ def _show(title: str, over: dict[str, Side], proof: Proof) -> None:
     ends = (f"{n} from {number(a)} to {number(b)}" for n, (a, b) in over.items())
     show(f"{title}, {', '.join(ends)}")
     if proof.piece is None:
-        show(f"proved: {NO_PARADOX}, on {_counted(proof.pieces)}")
+        show(f"proved: {NO_PARADOX}, on {counted(proof.pieces, 'piece')}")
         return
     piece = ", ".join(f"{n} from {a!r} to {b!r}" for n, (a, b) in proof.piece.items())
     reason = {
@@ -104,10 +91,6 @@ def _show(title: str, over: dict[str, Side], proof: Proof) -> None:
         "undecided": "whose bounds stay too wide on this piece",
     }[proof.verdict.value]
     show(f"{proof.verdict.value}: need {proof.condition}, {reason}: {piece}")
-
-
-def _counted(pieces: int) -> str:
-    return "1 piece" if pieces == 1 else f"{pieces} pieces"
 
 
 def _check(
@@ -135,7 +118,7 @@ def _check(
         return _verdict(arguments, f"rejected: it is damaged: {type(error).__name__}", None)
     except Rejected as error:
         return _verdict(arguments, f"rejected: {error}", None)
-    return _verdict(arguments, f"verified: {_counted(pieces)}", pieces)
+    return _verdict(arguments, f"verified: {counted(pieces, 'piece')}", pieces)
 
 
 def _verdict(arguments: argparse.Namespace, text: str, pieces: int | None) -> int:

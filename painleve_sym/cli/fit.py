@@ -24,9 +24,9 @@ def fit(arguments: argparse.Namespace) -> int:
         raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
     scenario = read_case(arguments)
     data = read_fit_data(arguments.data, scenario.mechanism())
-    given = arguments.sigma
     units = {**scenario.mechanism().state_units, **data.units}
-    sigma = read_quantities("--sigma", [given], lambda: units) if given else None
+    given = [arguments.sigma] if arguments.sigma else []
+    sigma = read_quantities("--sigma", given, lambda: units)
     limits = {} if scenario.max_steps is None else {"max_steps": scenario.max_steps}
     if arguments.max_evaluations is not None:
         limits["max_evaluations"] = arguments.max_evaluations
@@ -49,7 +49,6 @@ def fit(arguments: argparse.Namespace) -> int:
         **limits,
     )
     fit_result = problem.solve()
-    units = {**scenario.mechanism().state_units, **data.units}
     if out is not None:
         draw("fit_figure", out, look, fit_result, units)
     if arguments.json:

@@ -12,12 +12,10 @@ from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.options import (
     MAPS,
     figure_file,
-    read_assignments,
     read_look,
     read_names,
     read_quantities,
-    read_range,
-    unit_for,
+    read_ranges,
 )
 from painleve_sym.cli.output import assignments, deliver_map, number, quantity, show, show_table
 from painleve_sym.contacts.solution import ContactCase
@@ -41,25 +39,16 @@ def map(arguments: argparse.Namespace) -> int:
         angle = {SLIP_DIRECTION: "rad"} if mechanism.outline.in_space else {}
         return mechanism.units | angle
 
-    ranges = read_assignments("--range", arguments.range) if arguments.range else {}
     options: dict[str, Any] = {
-        "ranges": {
-            name: read_range(
-                f"--range {name}", text, unit_for("--range", name, text, units), f"{name}=0.1:1.5"
-            )
-            for name, text in ranges.items()
-        },
+        "ranges": read_ranges("--range", arguments.range, units, "0.1:1.5"),
+        "state": read_quantities("--state", arguments.state, units) or None,
+        "parameters": read_quantities("--set", arguments.set, units),
         "points": arguments.points,
         "slip": arguments.slip,
         "close": arguments.close,
     }
-    for key, option, texts in (
-        ("state", "--state", arguments.state),
-        ("parameters", "--set", arguments.set),
-    ):
-        options[key] = read_quantities(option, texts, units) if texts else None
     if arguments.material is not None:
-        given = {"parameters": options["parameters"] or {}, "material": arguments.material}
+        given = {"parameters": options["parameters"], "material": arguments.material}
         case = Scenario(arguments.model, contact=arguments.contact, where="map", **given)
         options["parameters"] = case.from_material(over).parameters
     regions = region_map(mechanism, over, **options)

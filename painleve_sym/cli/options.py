@@ -6,7 +6,7 @@ import argparse
 import math
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -77,10 +77,13 @@ def read_count(where: str, text: str) -> int:
     return int(value)
 
 
-def read_assignments(where: str, texts: Iterable[str]) -> dict[str, str]:
-    """Return name → value of comma-separated ``name=value`` entries, no name twice."""
+def read_assignments(where: str, texts: Collection[str] | None) -> dict[str, str]:
+    """Return name → value of comma-separated ``name=value`` entries, no name twice.
+
+    Without texts, as of an option that is not given, there are none.
+    """
     pairs: dict[str, str] = {}
-    for entry in ",".join(texts).split(","):
+    for entry in ",".join(texts).split(",") if texts else ():
         name, equals, value = (part.strip() for part in entry.partition("="))
         if not (equals and name and value):
             raise InputError(
@@ -93,7 +96,7 @@ def read_assignments(where: str, texts: Iterable[str]) -> dict[str, str]:
 
 
 def read_quantities(
-    where: str, texts: Iterable[str], units: Callable[[], Mapping[str, str]]
+    where: str, texts: Collection[str] | None, units: Callable[[], Mapping[str, str]]
 ) -> dict[str, float]:
     """Return name → number in SI units of ``name=value`` entries; a value may have a unit.
 
@@ -161,6 +164,21 @@ def read_range(
     if not (colon and low and high):
         raise InputError(f"{where}: got {text!r}, need FROM:TO, such as {example}.")
     return read_number(where, low, unit), read_number(where, high, unit)
+
+
+def read_ranges(
+    where: str,
+    texts: Collection[str] | None,
+    units: Callable[[], Mapping[str, str]],
+    example: str,
+) -> dict[str, tuple[float, float]]:
+    """Return name → ends of ``name=FROM:TO`` entries; for `units` see `read_quantities`."""
+    return {
+        name: read_range(
+            f"{where} {name}", text, unit_for(where, name, text, units), f"{name}={example}"
+        )
+        for name, text in read_assignments(where, texts).items()
+    }
 
 
 def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from painleve_sym.cli.certify import answer, read_box
+from painleve_sym.cli.certify import BOX, answer
 from painleve_sym.cli.options import (
     FIGURES,
     figure_file,
@@ -17,6 +16,7 @@ from painleve_sym.cli.options import (
     output_folder,
     read_look,
     read_quantities,
+    read_ranges,
 )
 from painleve_sym.cli.output import draw, number, print_json, show, show_notices, show_table
 from painleve_sym.cli.robot_options import file_options, place_options
@@ -115,7 +115,7 @@ def _certify(arguments: argparse.Namespace) -> int:
     one, place = _read(arguments)
     contact = one.contact(arguments.contact, **place)
     units = {c.name: c.unit for c in contact.dynamics.outline.coordinates} | {"mu": "1"}
-    over = read_box(arguments.over, lambda: units)
+    over = read_ranges("--over", arguments.over, lambda: units, BOX)
     if twice := set(over) & set(place.get("joints", ())):
         raise InputError(f"--over: got {min(twice)} in --joints as well. Fix: give it once.")
     positive = contact.positive_function(over, arguments.mu)
@@ -133,15 +133,9 @@ def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnsw
     outline = contact.dynamics.outline
     units = {c.name: f"{c.unit}/s" for c in outline.coordinates}
     efforts = {p.name.removeprefix("torque_"): p.unit for p in outline.parameters}
-    pairs = (
-        ("--velocities", arguments.velocities, units),
-        ("--torques", arguments.torques, efforts),
-    )
-    given = [
-        read_quantities(option, texts, partial(dict, known)) if texts else {}
-        for option, texts, known in pairs
-    ]
-    return contact.classify(arguments.mu, *given).answer
+    velocities = read_quantities("--velocities", arguments.velocities, lambda: units)
+    torques = read_quantities("--torques", arguments.torques, lambda: efforts)
+    return contact.classify(arguments.mu, velocities, torques).answer
 
 
 def _show_answer(answer: ContactAnswer) -> None:
