@@ -20,6 +20,7 @@ import casadi as ca
 from painleve_sym.certify.checker import FORMAT, Polynomials, Rejected, Side, digest, halves
 from painleve_sym.certify.program import Step, program_of
 from painleve_sym.errors import InputError
+from painleve_sym.files import plain_fields
 from painleve_sym.progress import progress
 
 if TYPE_CHECKING:
@@ -72,13 +73,7 @@ class Proof:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, without the certificate."""
-        piece = None if self.piece is None else {n: list(ends) for n, ends in self.piece.items()}
-        return {
-            "verdict": self.verdict.value,
-            "pieces": self.pieces,
-            "piece": piece,
-            "condition": self.condition,
-        }
+        return plain_fields(self, "verdict", "pieces", "piece", "condition")
 
 
 def prove_positive(

@@ -6,6 +6,7 @@ import argparse
 
 from painleve_sym.cache import CacheContent, cache_content, clear_cache
 from painleve_sym.cli.output import print_json, show
+from painleve_sym.files import plain_fields
 from painleve_sym.quantities import counted
 
 
@@ -15,9 +16,7 @@ def cache(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(
             {
-                "folder": str(content.folder),
-                "libraries": content.libraries,
-                "derivations": content.derivations,
+                **plain_fields(content, "folder", "libraries", "derivations"),
                 "bytes": content.size,
                 "cleared": arguments.clear,
             }

@@ -26,7 +26,7 @@ from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.solution import ContactCase, ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
-from painleve_sym.files import finite, to_plain
+from painleve_sym.files import finite, plain_fields, to_plain
 from painleve_sym.study.compare import comparison as study
 from painleve_sym.study.compare.case import Answer
 from painleve_sym.study.compare.comparison import Comparison
@@ -70,18 +70,12 @@ def contrast(arguments: argparse.Namespace) -> int:
 def contrast_data(comparison: Comparison) -> dict[str, Any]:
     """Return plain data with the documented keys."""
     return {
-        "mechanism": comparison.mechanism,
-        "in_space": comparison.in_space,
-        "state": comparison.state,
-        "parameters": comparison.parameters,
+        **plain_fields(comparison, "mechanism", "in_space", "state", "parameters"),
         "restitution": comparison.e,
         "t_end": comparison.t_end,
         "acceleration_level": _acceleration_data(comparison),
         "velocity_level": [
-            {
-                "step": first.step,
-                "solutions": [_step_data(s) for s in first.solutions],
-            }
+            {"step": first.step, "solutions": [_step_data(s) for s in first.solutions]}
             for first in comparison.first_steps
         ],
         "rigid": {
@@ -90,11 +84,7 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
                 for a in comparison.rigid
             ],
             "jump": {
-                name: {
-                    "velocity": dict(jump.velocity),
-                    "normal_impulse": jump.normal_impulse,
-                    "end": jump.end.value,
-                }
+                name: plain_fields(jump, "velocity", "normal_impulse", "end")
                 for name, jump in comparison.jumps.items()
             },
         },
@@ -108,8 +98,7 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
             "stiffness": list(map(finite, comparison.stiffness_orders)),
             "stiffness_expected": finite(comparison.expected_stiffness_order),
         },
-        "plastic_jump_unnoticed": comparison.plastic_jump_unnoticed,
-        "solver_dependent": comparison.solver_dependent,
+        **plain_fields(comparison, "plastic_jump_unnoticed", "solver_dependent"),
         **({"steps_miss_turn": comparison.steps_miss_turn} if comparison.in_space else {}),
     }
 
@@ -146,34 +135,26 @@ def _acceleration_data(comparison: Comparison) -> dict[str, Any] | None:
         },
         "mpcc": {
             "normal_forces": sorted(float(r.z[0]) for r in level.mpcc.solutions),
-            "starts": level.mpcc.starts,
-            "failed": level.mpcc.failed,
+            **plain_fields(level.mpcc, "starts", "failed"),
         },
     }
 
 
 def _motion_data(answer: Answer) -> dict[str, Any]:
-    return {
+    data = {
         "events": [{"time": time, "kind": kind} for time, kind in answer.events],
         "stop_reason": answer.stop_reason.label,
-        "stop_detail": answer.stop_detail,
-        "complete": answer.complete,
+        **plain_fields(answer, "stop_detail", "complete"),
         "time": answer.final_time,
-        "state": answer.state,
-        "velocity": answer.velocity,
-        "normal_impulse": answer.normal_impulse,
-        **(_in_space_data(answer) if answer.impulse else {}),
-        **({"reference": answer.reference or None} if answer.method != "rigid" else {}),
-        **({"error": finite(answer.error)} if answer.method != "rigid" else {}),
+        **plain_fields(answer, "state", "velocity", "normal_impulse"),
     }
-
-
-def _in_space_data(answer: Answer) -> dict[str, Any]:
-    _, *tangential = answer.impulse
-    return {
-        "tangential_impulse": tangential,
-        "contact_velocity": answer.contact_velocities[-1].tolist(),
-    }
+    if answer.impulse:  # in space
+        data["tangential_impulse"] = list(answer.impulse[1:])
+        data["contact_velocity"] = answer.contact_velocities[-1].tolist()
+    if answer.method != "rigid":
+        data["reference"] = answer.reference or None
+        data["error"] = finite(answer.error)
+    return data
 
 
 def _stepping_data(answer: Answer) -> dict[str, Any]:
@@ -261,15 +242,11 @@ def _contact_row(answer: Answer) -> list[str]:
     ]
 
 
-def _short(value: float) -> str:
-    return number(_clean(value), 5)
-
-
 def _row(answer: Answer, names: list[str]) -> list[str]:
     return [
         _name(answer),
         _marked(answer),
-        *(number(_clean(answer.velocity[n]), 5) for n in names),
+        *(_short(answer.velocity[n]) for n in names),
         number(answer.normal_impulse, 5),
         number(answer.error, 2) if math.isfinite(answer.error) else "",
     ]
@@ -281,9 +258,9 @@ def _marked(answer: Answer) -> str:
     return setting if answer.complete else f"{setting or answer.stop_reason.label} *"
 
 
-def _clean(value: float) -> float:
+def _short(value: float) -> str:
     # The round-off of an exact zero carries no information and fills the column.
-    return 0.0 if abs(value) < 1e-14 else value
+    return number(0.0 if abs(value) < 1e-14 else value, 5)
 
 
 def _distinct(rigid: tuple[Answer, ...]) -> list[Answer]:

@@ -8,6 +8,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file
 from painleve_sym.cli.output import print_json, show
 from painleve_sym.explorer.page import explore as explorer_page
+from painleve_sym.files import plain_fields
 
 
 def explore(arguments: argparse.Namespace) -> int:
@@ -31,11 +32,7 @@ def explore(arguments: argparse.Namespace) -> int:
             {
                 "file": str(path),
                 "bytes": size,
-                "mechanism": page.mechanism,
-                "law": page.law,
-                "engines": list(page.engines),
-                "prebuilt": page.prebuilt,
-                "module_bytes": page.module_bytes,
+                **plain_fields(page, "mechanism", "law", "engines", "prebuilt", "module_bytes"),
             }
         )
         return 0

@@ -10,6 +10,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_folder
 from painleve_sym.cli.output import print_json, show
 from painleve_sym.cli.run import ending
+from painleve_sym.files import plain_fields
 from painleve_sym.quantities import counted
 
 
@@ -20,9 +21,7 @@ def export(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(
             {
-                "name": done.name,
-                "folder": str(done.folder),
-                "files": list(done.files),
+                **plain_fields(done, "name", "folder", "files"),
                 "compiler": done.compiler.version,
                 "flags": list(NUMERIC_FLAGS),
                 "engine": done.trajectory.engine,

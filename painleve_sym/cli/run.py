@@ -24,7 +24,7 @@ from painleve_sym.cli.output import (
 from painleve_sym.contacts.impact.jump import JumpResult, in_each_direction
 from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
-from painleve_sym.files import to_plain
+from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import LimitKind
@@ -127,14 +127,10 @@ def jump_data(impact: JumpResult) -> dict[str, Any]:
     return {
         "mechanism": impact.mechanism,
         "rule": impact.restitution,
-        "slip": impact.slip,
-        "case": impact.case.value,
-        "end": impact.end.value,
-        "phases": to_plain(impact.phases),
+        **plain_fields(impact, "slip", "case", "end", "phases"),
         "initial": {"velocity": dict(impact.velocity_before)},
         "final": {"velocity": dict(impact.velocity)},
-        "energy_change": impact.energy_change,
-        "kinetic_energy": impact.kinetic_energy,
+        **plain_fields(impact, "energy_change", "kinetic_energy"),
         "notices": [impact.notice] if impact.notice else [],
     }
 
@@ -257,10 +253,7 @@ def simulation_data(
 ) -> dict[str, Any]:
     """Return a motion as plain data: `Trajectory.to_dict`, what made it, and its samples."""
     data = {
-        "mechanism": trajectory.mechanism,
-        "law": trajectory.law,
-        "choices": trajectory.choices,
-        "parameters": trajectory.parameters,
+        **plain_fields(trajectory, "mechanism", "law", "choices", "parameters"),
         **trajectory.to_dict(),
         "rtol": trajectory.rtol,
     }

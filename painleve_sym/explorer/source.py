@@ -24,7 +24,7 @@ from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import InputError, NoRecurrence
 from painleve_sym.explorer.first_map import FirstMap, first_map
 from painleve_sym.explorer.prebuilt import Laws, alternatives
-from painleve_sym.files import finite, to_plain
+from painleve_sym.files import finite, plain_fields, to_plain
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -168,9 +168,7 @@ class ModuleSource:
         """Names, units, meanings and ranges with which a page uses the module, as plain data."""
         mechanism = self.mechanism
         return {
-            "mechanism": {
-                name: getattr(mechanism, name) for name in ("name", "title", "source", "sketch")
-            },
+            "mechanism": plain_fields(mechanism, "name", "title", "source", "sketch"),
             "states": [self._state(name) for name in mechanism.state_names],
             "parameters": self._parameters(),
             "over": list(self._first_map.ranges),
@@ -178,12 +176,8 @@ class ModuleSource:
             "domain": [bound.meaning for bound in mechanism.domain],
             "contacts": [
                 {
-                    "name": c.name,
-                    "bilateral": c.bilateral,
-                    "friction": c.friction,
-                    "gap": row.gap,
-                    "gap_rate": row.gap_rate,
-                    "slip": row.slip,
+                    **plain_fields(c, "name", "bilateral", "friction"),
+                    **plain_fields(row, "gap", "gap_rate", "slip"),
                 }
                 for c, row in zip(
                     mechanism.outline.contacts, self.simulators[0].contact.rows, strict=True
@@ -308,9 +302,7 @@ def _parameter(
     if ends is None:
         ends = (p.default * SOFTER, p.default * STIFFER) if stiffness else parameter_range(p)
     return {
-        "name": p.name,
-        "unit": p.unit,
-        "meaning": p.meaning,
+        **plain_fields(p, "name", "unit", "meaning"),
         "value": p.default,
         "range": ends,
         "logarithmic": stiffness,

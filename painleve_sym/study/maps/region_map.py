@@ -17,6 +17,7 @@ from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.errors import InputError, PainleveWarning
+from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.notebooks import Shown
 from painleve_sym.progress import progress
@@ -157,10 +158,7 @@ class RegionMap(Shown):
             "crossings": [
                 dict(zip(self.over, row, strict=True)) for row in self.crossings.tolist()
             ],
-            "shared_zeros": self.shared_zeros,
-            "thresholds": self.thresholds,
-            "state": self.state,
-            "parameters": self.parameters,
+            **plain_fields(self, "shared_zeros", "thresholds", "state", "parameters"),
             **({"close": self.close} if self.close else {}),
             "bilateral": self.bilateral,
         }
