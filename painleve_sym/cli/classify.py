@@ -22,8 +22,6 @@ from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.solution import ContactCase, ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
 
-_CONTINUUM = "Forces that belong to a continuum of solutions: one of them is shown."
-
 
 def classify(arguments: argparse.Namespace) -> int:
     """Print the rigid contact problem at a state with every solution."""
@@ -47,7 +45,8 @@ def show_classification(classification: Classification | SpatialClassification) 
     if classification.single:
         _show_coefficients(classification)
     else:
-        _show_closed(classification)
+        _show_closed(classification, [(v,) for v in classification.problem.slip_velocity])
+        show(f"for all loads: {classification.promise.meaning}")
     show()
     _show_case(classification)
     if classification.solutions:
@@ -87,10 +86,7 @@ def _show_in_space(classification: SpatialClassification) -> None:
             f"{number(sector.direction)} rad"
         )
     else:
-        slips = zip(classification.contacts, problem.slip, strict=True)
-        closed = ", ".join(f"{n} (slip {number(u)}, {number(v)} m/s)" for n, (u, v) in slips)
-        is_open = f"; open: {', '.join(classification.open)}" if classification.open else ""
-        show(f"closed: {closed}{is_open}")
+        _show_closed(classification, problem.slip)
     show()
     _show_case(classification)
     force = max((abs(f) for s in solutions for F in s.forces for f in F.tolist()), default=0.0)
@@ -110,8 +106,6 @@ def _show_in_space(classification: SpatialClassification) -> None:
         forces, rates = ("F_n [N]", "F_t1 [N]", "F_t2 [N]"), ("a_n [m/s^2]", "a_t1", "a_t2")
         head = ("slip [rad]", *forces, *rates)
         _show_each_contact(classification, head, map(cells, solutions))
-    if any(s.isolated is False for s in solutions):
-        show(_CONTINUUM)
     if not problem.complete:
         show(problem.guarantee)
 
@@ -131,6 +125,8 @@ def _show_each_contact(
     if classification.single:  # its solutions have names
         rows, names = [row[2:] for row in rows], names[:1]
     show_table((*names, *head), rows, left=tuple(range(len(names))))
+    if any(s.isolated is False for s in classification.solutions):
+        show("Forces that belong to a continuum of solutions: one of them is shown.")
 
 
 def _show_coefficients(classification: Classification) -> None:
@@ -153,15 +149,14 @@ def _show_coefficients(classification: Classification) -> None:
         show(f"mu |W_nt| - W_nn = {excess} {sign} 0: {meaning} while it slips")
 
 
-def _show_closed(classification: Classification) -> None:
-    """Print which contacts are closed, how they slip, and what their matrix promises."""
-    slips = zip(classification.contacts, classification.problem.slip_velocity, strict=True)
-    closed = ", ".join(f"{name} (slip {number(v)} m/s)" for name, v in slips)
-    show(
-        f"closed: {closed}"
-        + (f"; open: {', '.join(classification.open)}" if classification.open else "")
-    )
-    show(f"for all loads: {classification.promise.meaning}")
+def _show_closed(
+    classification: Classification | SpatialClassification, slips: Iterable[Iterable[float]]
+) -> None:
+    """Print which contacts are closed, with their slip along each tangent, and which are open."""
+    named = zip(classification.contacts, slips, strict=True)
+    closed = ", ".join(f"{name} (slip {', '.join(map(number, v))} m/s)" for name, v in named)
+    is_open = f"; open: {', '.join(classification.open)}" if classification.open else ""
+    show(f"closed: {closed}{is_open}")
 
 
 def _show_solutions(classification: Classification) -> None:
@@ -181,8 +176,6 @@ def _show_solutions(classification: Classification) -> None:
 
     head = ("F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
     _show_each_contact(classification, head, map(cells, solutions))
-    if any(s.isolated is False for s in solutions):
-        show(_CONTINUUM)
 
 
 def _show_chatter(classification: Classification) -> None:

@@ -60,14 +60,14 @@ def text(
     return Option(name, {"metavar": metavar, "help": help_text, "read": read, **more})
 
 
-def several(name: str, metavar: str, help_text: str) -> Option:
+def several(name: str, metavar: str, help_text: str, **more: Any) -> Option:
     """Return an option that may be given several times."""
-    return Option(name, {"metavar": metavar, "help": help_text, "action": "append"})
+    return text(name, metavar, help_text, action="append", **more)
 
 
 def argument(name: str, metavar: str, help_text: str, **more: Any) -> Option:
     """Return an argument, which has no dashes."""
-    return Option(name, {"metavar": metavar, "help": help_text, **more})
+    return text(name, metavar, help_text, **more)
 
 
 def flag(name: str, help_text: str) -> Option:
@@ -637,14 +637,8 @@ command(
     "certify",
     "prove that a contact has no paradox on a box of states",
     MODEL,
-    Option(
-        "--over",
-        {
-            "metavar": "NAME=FROM:TO,...",
-            "help": "the box, such as theta=0.2:1.4,mu=1:1.3",
-            "action": "append",
-            "required": True,
-        },
+    several(
+        "--over", "NAME=FROM:TO,...", "the box, such as theta=0.2:1.4,mu=1:1.3", required=True
     ),
     several("--state", "NAME=VALUE,...", "states that are held; by default the model's start"),
     SET,

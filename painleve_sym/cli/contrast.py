@@ -58,6 +58,9 @@ def contrast(arguments: argparse.Namespace) -> int:
         _show_in_space(comparison, mechanism.state_units)
     else:
         _show(comparison, mechanism.state_units)
+    show()
+    _show_orders(comparison)
+    _show_findings(comparison)
     show_notices(notices)
     if out is not None:
         show(f"drawn: {out}")
@@ -191,11 +194,8 @@ def _show(comparison: Comparison, units: dict[str, str]) -> None:
     answers = [*_distinct(comparison.rigid), *comparison.stepping, *comparison.softened]
     rows = [_row(a, names) for a in answers]
     show_table(("method", "setting", *names, "P_n", "error"), rows, left=(0, 1), indent=0)
-    _show_early([a for a in answers if not a.complete], units)
+    _show_early(answers, units)
     show("error: relative distance to the rigid motion it tends to, by kinetic energy")
-    show()
-    _show_orders(comparison)
-    _show_findings(comparison)
 
 
 def _show_in_space(comparison: Comparison, units: dict[str, str]) -> None:
@@ -210,7 +210,7 @@ def _show_in_space(comparison: Comparison, units: dict[str, str]) -> None:
     answers = [*rigid, *comparison.stepping, *comparison.softened]
     head = ("method", "setting", "v_n", "v_t1", "v_t2", "P_n", "time", "force", "error")
     show_table(head, map(_contact_row, answers), left=(0, 1), indent=0)
-    _show_early([a for a in answers if not a.complete], units)
+    _show_early(answers, units)
     show("error: relative distance to the rigid answer it tends to, by kinetic energy")
     ends = [*rigid, *comparison.softened[-1:]]
     if rigid:
@@ -222,9 +222,6 @@ def _show_in_space(comparison: Comparison, units: dict[str, str]) -> None:
         ]
         named = [_name(a) if a.method == "rigid" else _setting(a) for a in ends]
         show_table(("", "before", *named), rows)
-    show()
-    _show_orders(comparison)
-    _show_findings(comparison)
 
 
 def _contact_row(answer: Answer) -> list[str]:
@@ -282,10 +279,10 @@ def _name(answer: Answer) -> str:
 
 def _show_early(answers: list[Answer], units: dict[str, str]) -> None:
     """Say when, where and why motions ended before the end time: a paragraph for each reason."""
-    reasons = dict.fromkeys((a.stop_reason.label, a.stop_detail) for a in answers)
-    for label, detail in reasons:
+    early = [a for a in answers if not a.complete]
+    for label, detail in dict.fromkeys((a.stop_reason.label, a.stop_detail) for a in early):
         show(f"*) ended early ({label}): {detail}")
-        same = [a for a in answers if (a.stop_reason.label, a.stop_detail) == (label, detail)]
+        same = [a for a in early if (a.stop_reason.label, a.stop_detail) == (label, detail)]
         for name in dict.fromkeys(map(_name, same)):
             ends = dict.fromkeys(_end(a, units) for a in same if _name(a) == name)
             show(f"   {name} at t = {', '.join(ends)}")

@@ -19,7 +19,13 @@ from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
-from painleve_sym.mechanics.materials import PAIR_PROPERTIES, Material, MaterialValue, material
+from painleve_sym.mechanics.materials import (
+    PAIR_PROPERTIES,
+    Material,
+    MaterialPair,
+    MaterialValue,
+    material,
+)
 from painleve_sym.mechanics.materials import materials as known_materials
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import NAMED
@@ -150,8 +156,7 @@ def _one_law_or_rule(name: str, as_json: bool) -> int:
         data = laws_data()
         print_json({key: [one for one in data[key] if one["name"] == name] for key in data})
     elif name in RESTITUTIONS:
-        _show_rules([name])
-        _show_source(RESTITUTIONS[name]().source)
+        _show_rule(RESTITUTIONS[name]())
     else:
         _show_law(one_law(name))
     return 0
@@ -176,26 +181,23 @@ def materials(arguments: argparse.Namespace) -> int:
 
 def material_data(one: Material) -> dict[str, Any]:
     """Return a material as plain data; a pair lacks what no source gives."""
-    pairs = []
-    for pair in one.pairs:
-        values = {name: getattr(pair, name) for name in PAIR_PROPERTIES}
-        given = {name: to_plain(value) for name, value in values.items() if value is not None}
-        pairs.append({"other": pair.other, **given})
     return {
         **plain_fields(one, "name", "title", "properties"),
-        "pairs": pairs,
+        "pairs": [{"other": pair.other, **to_plain(_given(pair))} for pair in one.pairs],
         "references": [reference_data(reference(key)) for key in _sources(one)],
     }
 
 
+def _given(pair: MaterialPair) -> dict[str, MaterialValue]:
+    """Return the properties of two materials that a source gives."""
+    values = {name: getattr(pair, name) for name in PAIR_PROPERTIES}
+    return {name: value for name, value in values.items() if value is not None}
+
+
 def _values(one: Material) -> dict[str, MaterialValue]:
     """Return every number of a material by what it is."""
-    of_pairs = {
-        f"{name} with {pair.other}": getattr(pair, name)
-        for pair in one.pairs
-        for name in PAIR_PROPERTIES
-    }
-    return {**one.properties, **{name: v for name, v in of_pairs.items() if v is not None}}
+    of_pairs = {f"{n} with {p.other}": v for p in one.pairs for n, v in _given(p).items()}
+    return {**one.properties, **of_pairs}
 
 
 def _sources(one: Material) -> list[str]:
@@ -241,12 +243,12 @@ def _notes(choice: str) -> dict[str, str]:
     return {v: CHOICE_NOTES[v] for v in CHOICES[choice] if v in CHOICE_NOTES}
 
 
-def _show_rules(names: Sequence[str]) -> None:
-    rules = [RESTITUTIONS[name]() for name in names]
+def _show_rule(rule: RestitutionLaw) -> None:
     show("restitution rules (jump): --rule NAME --restitution E")
     show()
-    rows = [(r.name, r.parameter.name, number(r.parameter.default), r.title) for r in rules]
-    show_table(("rule", "coefficient", "default", "law"), rows, left=(0, 1, 3))
+    row = (rule.name, rule.parameter.name, number(rule.parameter.default), rule.title)
+    show_table(("rule", "coefficient", "default", "law"), [row], left=(0, 1, 3))
+    _show_source(rule.source)
 
 
 def laws_data() -> dict[str, Any]:

@@ -384,7 +384,7 @@ FIELDS = {"restitution": "e", "rule": "restitution"}
 """Fields of a scenario by the key of a file or the option, where the two differ."""
 
 
-def _value(unit: str, **bounds: float) -> Reader:
+def _value(unit: str | None, **bounds: float) -> Reader:
     def read(faults: Faults, key: str, value: Any) -> dict[str, Any]:
         return {key: number(value, key, where=faults.where, unit=unit, **bounds)}
 
@@ -393,11 +393,6 @@ def _value(unit: str, **bounds: float) -> Reader:
 
 def _wrong(key: str, value: object, need: str) -> InputError:
     return InputError(f"{key}: got {value!r}, need {need}.")
-
-
-def _read_number(faults: Faults, key: str, value: Any) -> dict[str, Any]:
-    bounds = {"lower": 0.0, "upper": 1.0} if key == "restitution" else {}
-    return {key: number(value, key, where=faults.where, unit=None, **bounds)}
 
 
 def _read_count(faults: Faults, key: str, value: Any) -> dict[str, Any]:
@@ -581,11 +576,11 @@ _READERS: Mapping[str, Reader] = {
     "until": _read_until,
     "initial_force": _value("N", lower=0.0),
     "engine": _read_choice(EngineName),
-    "rtol": _read_number,
+    "rtol": _value(None),
     "max_steps": _read_count,
     "max_events": _read_count,
     "samples": _read_count,
-    "restitution": _read_number,
+    "restitution": _value(None, lower=0.0, upper=1.0),
     "contact_velocity": _read_velocity,
     "robot": _read_robot,
     "rule": _read_choice(Restitution),
