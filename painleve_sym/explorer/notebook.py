@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import anywidget
 import traitlets
 
@@ -43,12 +41,9 @@ class ExplorerWidget(anywidget.AnyWidget):
     @property
     def values(self) -> dict[str, float]:
         """States and parameters that are shown now, by name."""
-        first = {q["name"]: q["value"] for q in _quantities(self.data)}
+        description = self.data["description"]
+        quantities = (*description["states"], *description["parameters"])
+        first = {q["name"]: q["value"] for q in quantities}
         shown = self.settings or self.data["initial"]
         values: dict[str, float] = first | shown.get("values", {})
         return values
-
-
-def _quantities(data: dict[str, Any]) -> list[dict[str, Any]]:
-    description = data["description"]
-    return [*description["states"], *description["parameters"]]

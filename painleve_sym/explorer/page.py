@@ -91,7 +91,13 @@ class Page:
     @property
     def html(self) -> str:
         """The whole page."""
-        return _html(f"{self.mechanism}: explorer", self.data)
+        return _PAGE.format(
+            policy=_POLICY,
+            title=html_text(f"{self.mechanism}: explorer"),
+            style=web_text("style.css"),
+            data=html_json(self.data),
+            script=script(),
+        )
 
     def widget(self) -> ExplorerWidget:
         """Return the page as a widget of notebooks; InputError where anywidget is not installed."""
@@ -281,16 +287,3 @@ def _of_law(
         elif name in given:
             raise InputError(f"{where}: law: unknown parameter {name!r}. Known: {', '.join(own)}.")
     return values
-
-
-# ---- text ----
-
-
-def _html(title: str, data: Mapping[str, Any]) -> str:
-    return _PAGE.format(
-        policy=_POLICY,
-        title=html_text(title),
-        style=web_text("style.css"),
-        data=html_json(data),
-        script=script(),
-    )

@@ -99,8 +99,7 @@ class Animation:
             raise InputError(f"animation {path}: got {suffix!r}, need one of {', '.join(FORMATS)}.")
         check_encoder(suffix)
         if suffix == ".html":
-            text = self._page()
-            write_beside(path, lambda file: file.write(text.encode()))
+            Page(self.title(), self.html()).write(path)
         elif suffix == ".gif":
             write_beside(path, self._write_gif)
         else:
@@ -129,9 +128,6 @@ class Animation:
     def title(self) -> str:
         """Return the mechanism and its law in words."""
         return f"motion of {self.trajectory.mechanism}, law {self.trajectory.law}"
-
-    def _page(self) -> str:
-        return Page(self.title(), self.html()).html()
 
     def html(self) -> str:
         """Return the film as HTML with play, pause and a slider; it needs no other file."""

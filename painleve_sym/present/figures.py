@@ -39,6 +39,7 @@ HIDDEN = 0.03
 """Part of the abscissa: marks closer than this hide each other and are shown in an inset."""
 
 
+@styled
 def draw(panels: Sequence[Panel], width: float | None = None) -> Figure:
     """Return a figure of one to six panels, lettered, with one legend below them.
 
@@ -47,12 +48,6 @@ def draw(panels: Sequence[Panel], width: float | None = None) -> Figure:
     count = len(panels)
     if not 1 <= count <= MAX_PANELS:
         raise InputError(f"figure: panels: got {count}, need 1 to {MAX_PANELS}.")
-    return _drawn(panels, width)
-
-
-@styled
-def _drawn(panels: Sequence[Panel], width: float | None) -> Figure:
-    count = len(panels)
     own = COLUMN if count == 1 else PAGE
     figure, grid = panel_grid(count, width, _HEIGHTS.get(count, 1.95), own)
     for letter, axes, panel in zip("abcdef", grid, panels, strict=False):

@@ -45,6 +45,8 @@ INSET = 0.3
 TICKS = 7
 """Marks of the surface across a magnified contact."""
 SURFACE = "0.35"
+_VECTOR: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.009}
+"""Look of an arrow with the length and direction of a vector, in m."""
 
 
 class FilmPicture:
@@ -291,8 +293,7 @@ class _Marks:
         self.speed = scene.belt_speed(contact)
         look: dict[str, Any] = {"color": SURFACE, "linewidth": 0.7, "zorder": 1}
         self.lines = [axes.plot([], [], **look)[0] for _ in range(count + 2)]
-        place: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.009}
-        self.arrow = axes.quiver([0], [0], [0], [0], color=SURFACE, zorder=1.2, **place)
+        self.arrow = axes.quiver([0], [0], [0], [0], color=SURFACE, zorder=1.2, **_VECTOR)
 
     def show(self, i: int, middle: Array, width: float) -> None:
         """Set the marks across a view, and the arrow of a belt, to the frame i."""
@@ -445,14 +446,7 @@ class _Arrows:
         travel = scene.reach / float(scene.times[-1] - scene.times[0])
         self.sliding = speeds > 1e-6 * max(float(np.nanmax(speeds)), travel)
         self.offset = 0.035 * float(size[0])
-        look: dict[str, Any] = {
-            "angles": "xy",
-            "scale_units": "xy",
-            "scale": 1,
-            "width": 0.009,
-            "minlength": 0,
-            "zorder": 5,
-        }
+        look = _VECTOR | {"minlength": 0, "zorder": 5}
         self.arrows = [
             axes.quiver([0], [0], [0], [0], color=c, **look) for c in (NORMAL, TANGENTIAL, SLIP)
         ]

@@ -18,6 +18,7 @@ from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
 from painleve_sym.present.page import Html, Page, Part, cell_text, figure, paragraph, table
 from painleve_sym.present.style import Look, inline_svg, save
+from painleve_sym.quantities import counted
 
 FIGURES = "figures"
 """Folder of the figures below the report."""
@@ -91,8 +92,7 @@ def summary(reproduction: Reproduction) -> str:
     )
     odd = [reproduction.label(item) for item in reproduction.items if not item.as_expected]
     end = "every verdict is that on record" if not odd else f"NOT as on record: {', '.join(odd)}"
-    total = len(reproduction.items)
-    return f"{total} item{'s' * (total != 1)}: {counts}; {end}."
+    return f"{counted(len(reproduction.items), 'item')}: {counts}; {end}."
 
 
 def terminal_table(reproduction: Reproduction) -> str:

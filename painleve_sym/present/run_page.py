@@ -221,16 +221,17 @@ def _energy(run: Trajectory) -> str:
     if not len(run.step_time):
         return paragraph("No step was taken, so there is no balance.")
     terms = run.energies(np.array([run.step_time[0], run.final_time]))
-    rows = [(n, v[0], v[1], v[1] - v[0]) for n, v in terms.items()]
+    rows = [
+        (name.replace("_", " "), *map(float, (first, last, last - first)))
+        for name, (first, last) in terms.items()
+    ]
     text = (
         "Kinetic, potential and stored energy with everything dissipated add up to a constant. "
         f"Over the ends of all steps the sum changes by {run.energy_residual:.2g} of its "
         "largest term."
     )
     head = ("term (J)", "start", "end", "change")
-    return paragraph(text) + table(
-        head, [(n.replace("_", " "), *map(float, v)) for n, *v in rows], "Energy balance"
-    )
+    return paragraph(text) + table(head, rows, "Energy balance")
 
 
 def _sources(scenario: Scenario, run: Trajectory) -> str:

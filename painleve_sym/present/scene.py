@@ -109,6 +109,9 @@ class Scene:
         rows = Pointwise(list(formulas.values()), list(values))(values)
         return dict(zip(formulas, rows, strict=True))
 
+    def _vector(self, name: str) -> Array:
+        return np.stack([self._places[f"{name}_{axis}"] for axis in "xy"], axis=1)
+
     @cached_property
     def outputs(self) -> dict[str, Array]:
         """Outputs of the motion at the times by name, each of shape (frames,)."""
@@ -121,16 +124,15 @@ class Scene:
     def points(self, i: int) -> Array:
         """Return the points of a shape, shape (frames, points, 2); m."""
         count = len(self.shapes[i].points)
-        names = [[f"shape_{i}_point_{k}_{axis}" for axis in "xy"] for k in range(count)]
-        return np.array([[self._places[n] for n in pair] for pair in names]).transpose(2, 0, 1)
+        return np.stack([self._vector(f"shape_{i}_point_{k}") for k in range(count)], axis=1)
 
     def place(self, contact: str) -> Array:
         """Return the point of a contact, shape (frames, 2); m."""
-        return np.stack([self._places[f"{contact}_{axis}"] for axis in "xy"], axis=1)
+        return self._vector(contact)
 
     def normal(self, contact: str) -> Array:
         """Return the unit vector of the normal force, shape (frames, 2)."""
-        return np.stack([self._places[f"{contact}_normal_{axis}"] for axis in "xy"], axis=1)
+        return self._vector(f"{contact}_normal")
 
     def tangent(self, contact: str) -> Array:
         """Return the unit vector of positive slip and tangential force, shape (frames, 2)."""

@@ -10,11 +10,10 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.mechanics.system import TIME
 from painleve_sym.motion.finite_stiffness import CorrectedJumpRule
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.study.compare.jump_convergence import compare_jump
+from painleve_sym.study.compare.jump_convergence import compare_jump, energetic_jump
 
 _STEP = 1e-5
 """Of the central differences in time; s."""
@@ -87,9 +86,6 @@ def drift_of_the_rule(simulator: Simulator, state: Mapping[str, float], velocity
     leading error of the rule with a frozen configuration. By central differences.
     """
     mechanism = simulator.mechanism
-    values = simulator.parameters()
-    own = {p.name for p in mechanism.outline.parameters} | {"e_energetic"}
-    given = {k: v for k, v in values.items() if k in own}
     full = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
     after = []
     for tau in (-_STEP, _STEP):
@@ -100,7 +96,5 @@ def drift_of_the_rule(simulator: Simulator, state: Mapping[str, float], velocity
         }
         if mechanism.depends_on_time:
             moved[TIME.name] = full[TIME.name] + tau
-        after.append(
-            evaluate_jump(mechanism, "energetic", full | moved, parameters=given).velocity[velocity]
-        )
+        after.append(energetic_jump(simulator, full | moved).velocity[velocity])
     return (after[1] - after[0]) / (2 * _STEP)

@@ -58,6 +58,17 @@ class JumpComparison:
         return np.diff(np.log(errors)) / np.diff(np.log(self.stiffness))
 
 
+def energetic_jump(
+    simulator: Simulator,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float] | None = None,
+) -> JumpResult:
+    """Return the energetic jump at a state, with those parameters of a simulator that it has."""
+    own = {*simulator.mechanism.parameters, "e_energetic"}
+    given = {k: v for k, v in simulator.parameters(parameters).items() if k in own}
+    return evaluate_jump(simulator.mechanism, "energetic", state, parameters=given)
+
+
 def compare_jump(
     simulator: Simulator,
     state: Mapping[str, float],
@@ -72,11 +83,7 @@ def compare_jump(
     """
     mechanism = simulator.mechanism
     complete = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
-    values = simulator.parameters(parameters)
-    own = {p.name for p in mechanism.outline.parameters} | {"e_energetic"}
-    jump = evaluate_jump(
-        mechanism, "energetic", complete, parameters={k: v for k, v in values.items() if k in own}
-    )
+    jump = energetic_jump(simulator, complete, parameters)
     if jump.case is not ImpactClass.C_STICKING or jump.slip == 0:
         raise InputError(
             f"comparison of {mechanism.name!r}: the impact is {jump.case.value}, need one that "
@@ -90,7 +97,7 @@ def compare_jump(
             complete, t_end=t_end, parameters=given, until="separation", record="events", rtol=RTOL
         )
         runs.append(_at_ends(run, names, f"E = {value:g}"))
-    symbols = simulator.constants(values)
+    symbols = simulator.constants(simulator.parameters(parameters))
     exponent = float(numbers([simulator.contact_law.exponent], symbols)[0])
     return JumpComparison(
         velocities=names,

@@ -301,8 +301,7 @@ class FitProblem:
     ) -> FitResult:
         freedom = len(residuals) - len(estimate)
         lengths = np.linalg.norm(jacobian, axis=0)
-        self._check_identifiable(jacobian, lengths)
-        _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
+        singular, vt = self._identified(jacobian, lengths)
         inverse = (vt.T / singular) / lengths[:, None]
         covariance = inverse @ inverse.T
         error = np.sqrt(np.diag(covariance))
@@ -336,14 +335,17 @@ class FitProblem:
             message=message,
         )
 
-    def _check_identifiable(self, jacobian: Array, lengths: Array) -> None:
-        """Raise InputError if the Jacobian is rank deficient."""
+    def _identified(self, jacobian: Array, lengths: Array) -> tuple[Array, Array]:
+        """Return singular values and right vectors of the Jacobian with columns of length one.
+
+        InputError where it is rank deficient.
+        """
         for name, length in zip(self.estimate, lengths, strict=True):
             if not length > 0:
                 raise InputError(f"fit: the data do not depend on {name}. Fix: do not estimate it.")
         _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
         if singular[-1] > RANK_TOLERANCE * singular[0]:
-            return
+            return singular, vt
         share = np.abs(vt[-1])
         names = [n for n, w in zip(self.estimate, share, strict=True) if w > 0.1 * share.max()]
         raise InputError(
