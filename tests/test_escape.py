@@ -39,7 +39,7 @@ from painleve_sym.escape import (
     python_text,
     terminal_text,
 )
-from painleve_sym.explorer.page import _html
+from painleve_sym.explorer.page import Page as ExplorerPage
 from painleve_sym.laws import rigid
 from painleve_sym.laws.closed_forms import closed_forms
 from painleve_sym.laws.python_module import python_module
@@ -243,7 +243,7 @@ def test_whole_pages_of_hostile_texts_run_none_of_them(tmp_path):
     pages = {
         "report": run_page(scenario, run).html(),
         "film": run.animate(duration=0.1, width=200).html(),
-        "explorer": _html(text, data),
+        "explorer": ExplorerPage(text, "rigid", ("taylor",), False, 0, data).html,
     }
     for name, page in pages.items():
         assert html_faults(page) == [], name

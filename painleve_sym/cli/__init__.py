@@ -86,22 +86,18 @@ class _NamedOutput(io.TextIOBase):
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write text."""
         with self._named():
             self._stream.write(terminal_text(text))
         return len(text)
 
     def flush(self) -> None:
-        """Write what is buffered."""
         with self._named():
             self._stream.flush()
 
     def fileno(self) -> int:
-        """Return the number of the stream."""
         return self._stream.fileno()
 
     def isatty(self) -> bool:
-        """Whether it is a terminal."""
         return self._stream.isatty()
 
     @contextmanager

@@ -16,7 +16,6 @@ from painleve_sym.cli.output import (
     notices_data,
     number,
     print_json,
-    quantity,
     show,
     show_notices,
     show_table,
@@ -177,9 +176,7 @@ def _stepping_data(answer: Answer) -> dict[str, Any]:
 
 
 def _show(comparison: Comparison, units: dict[str, str]) -> None:
-    given = ", ".join(
-        f"{n} = {quantity(v, units[n])}" for n, v in comparison.state.items() if v != 0
-    )
+    given = assignments({n: v for n, v in comparison.state.items() if v != 0}, units)
     e = number(comparison.e)
     show(f"{comparison.mechanism} at {given or 'rest'} (others 0), e = {e}")
     show()
@@ -343,7 +340,7 @@ def _show_jumps(comparison: Comparison, units: dict[str, str]) -> None:
         if name == "plastic" and comparison.e == 0:
             continue  # it is the one before
         e = 0.0 if name == "plastic" else comparison.e
-        after = ", ".join(f"{n} = {quantity(v, units[n])}" for n, v in jump.velocity.items())
+        after = assignments(jump.velocity, units)
         impulse = f"P_n = {number(jump.normal_impulse)} N s"
         known = comparison.acceleration_level
         several = known and known.classification.case is ContactCase.INDETERMINATE

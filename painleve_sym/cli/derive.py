@@ -8,7 +8,8 @@ from typing import Any
 
 from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.cli.case import chosen_mechanism
-from painleve_sym.cli.describe import checked_format, model_data
+from painleve_sym.cli.describe import model_data
+from painleve_sym.cli.options import checked_format
 from painleve_sym.cli.output import print_json
 from painleve_sym.cli.texts import DERIVE_FORMATS
 from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key

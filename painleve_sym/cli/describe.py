@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.cli.case import chosen_law, chosen_mechanism
+from painleve_sym.cli.options import checked_format
 from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, meanings
 from painleve_sym.codegen.derivation_cache import entry_key
@@ -34,13 +35,6 @@ from painleve_sym.references import Reference, cited_works, reference
 
 if TYPE_CHECKING:
     from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
-
-
-def checked_format(text: str, known: Sequence[str]) -> str:
-    """Return the format; InputError suggests the nearest one."""
-    if text not in known:
-        raise InputError("--format: " + unknown_name("format", text, known))
-    return text
 
 
 # ---- models ----

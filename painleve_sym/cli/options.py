@@ -6,7 +6,7 @@ import argparse
 import math
 import os
 import tempfile
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,10 +39,15 @@ def read_look(arguments: argparse.Namespace) -> dict[str, Any]:
         look["titled"] = False
     if arguments.format is not None:
         names = [suffix[1:] for suffix in FIGURES]
-        if arguments.format not in names:
-            raise InputError(f"--format: {unknown_name('format', arguments.format, names)}")
-        look["file_format"] = arguments.format
+        look["file_format"] = checked_format(arguments.format, names)
     return look
+
+
+def checked_format(text: str, known: Sequence[str]) -> str:
+    """Return the format; InputError suggests the nearest one."""
+    if text not in known:
+        raise InputError("--format: " + unknown_name("format", text, known))
+    return text
 
 
 def figure_file(

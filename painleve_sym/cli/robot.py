@@ -204,7 +204,6 @@ def _show(report: RiskReport) -> None:
 
 
 def _show_gradient(report: RiskReport) -> None:
-    """Print the largest derivatives by joint values."""
     show()
     risk = report.risk
     largest = sorted(risk.gradient.items(), key=lambda pair: -abs(pair[1]))[:SHOWN_GRADIENT]

@@ -32,9 +32,7 @@ WORDS = ("policy", "reload", "virgin curve", "yield", "settle")
 
 def meanings() -> dict[str, str]:
     """Return the meaning of `WORDS`, as in the glossary."""
-    import tomllib
-    from importlib.resources import files
+    from painleve_sym.explorer.script import words
 
-    text = files("painleve_sym.explorer").joinpath("words.toml").read_text("utf-8")
-    every = tomllib.loads(text)
+    every = words()
     return {word: every[word] for word in WORDS}

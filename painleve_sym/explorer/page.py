@@ -5,10 +5,8 @@ from __future__ import annotations
 import base64
 import gzip
 import importlib.util
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +18,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.escape import html_json, html_text
 from painleve_sym.explorer.prebuilt import Laws, default_law, stored_module
 from painleve_sym.explorer.presets import presets
-from painleve_sym.explorer.script import script, web_text
+from painleve_sym.explorer.script import script, web_text, words
 from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -233,13 +231,6 @@ def explore_motion(run: Trajectory) -> ExplorerWidget:
 def packed_module(code: bytes) -> bytes:
     """Return a module as a gzip file that holds no date."""
     return gzip.compress(code, 9, mtime=0)
-
-
-def words() -> dict[str, str]:
-    """Return words of the glossary that a page uses, each with its meaning."""
-    text = resources.files(__package__).joinpath("words.toml").read_text("utf-8")
-    meanings: dict[str, str] = tomllib.loads(text)
-    return meanings
 
 
 def _initial(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from importlib import resources
 
 MODULES = (
@@ -29,6 +30,13 @@ _UNREAD = re.compile(r"^ *(?://[^\n]*\n|/\*\*(?:(?!\*/).)*\*/\n| +)", re.M | re.
 def web_text(name: str) -> str:
     """Return a file of the page's modules."""
     return resources.files(__package__).joinpath("web", name).read_text("utf-8")
+
+
+def words() -> dict[str, str]:
+    """Return words of the glossary that a page uses, each with its meaning."""
+    text = resources.files(__package__).joinpath("words.toml").read_text("utf-8")
+    meanings: dict[str, str] = tomllib.loads(text)
+    return meanings
 
 
 def script() -> str:

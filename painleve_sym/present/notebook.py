@@ -70,7 +70,6 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def _event(event: EventRecord) -> list[str]:
-    """Return the state just after an event."""
     return [_table(("state", "just after"), ((n, f"{v:.6g}") for n, v in event.state.items()))]
 
 
@@ -157,7 +156,6 @@ def _jump(jump: JumpResult) -> list[str]:
 
 
 def _map(regions: RegionMap) -> list[str]:
-    """Return the figure."""
     return [svg_text(map_figure(regions), "map", f"Map of {regions.mechanism}")]
 
 

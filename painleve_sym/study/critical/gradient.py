@@ -127,15 +127,11 @@ def _implicit(
         rtol=RTOL,
         record="events",
     )
+    run, singular = sensitivities.trajectory, sensitivities.singular
     # What follows in the same instant, such as the gap's opening, is recorded after it.
-    kinds = [
-        e.kind
-        for e in sensitivities.trajectory.events
-        if e.time == sensitivities.trajectory.final_time
-    ]
-    singular = sensitivities.singular
+    kinds = [e.kind for e in run.events if e.time == run.final_time]
     if end not in kinds or "slip_stop" in kinds or singular is not None:
-        ending = ", ".join(kinds) or sensitivities.trajectory.stop_reason.label
+        ending = ", ".join(kinds) or run.stop_reason.label
         if singular is not None:
             ending = f"{singular.event.kind} without a derivative"
         raise InputError(
@@ -143,7 +139,7 @@ def _implicit(
             f"need {end} with one. "
             "Fix: use method='differences'."
         )
-    names_of_states = sensitivities.trajectory.state_names
-    row = sensitivities.final_jacobian[names_of_states.index(finder.simulator.contact.rows[0].slip)]
+    slip = finder.simulator.contact.rows[0].slip
+    row = sensitivities.final_jacobian[run.state_names.index(slip)]
     gradient: Array = -row[1:] / row[0]
     return gradient

@@ -208,7 +208,7 @@ class FitProblem:
         declared = [self._declared.get(n) for n in self.estimate]
         return np.array([p is not None and p.lower == 0 and not p.lower_closed for p in declared])
 
-    def _bounds(self, start: Array, logarithmic: Any) -> tuple[Array, Array]:
+    def _bounds(self, logarithmic: Any) -> tuple[Array, Array]:
         declared = [self._declared.get(n) for n in self.estimate]
         low = np.array([p.lower if p else -np.inf for p in declared])
         high = np.array([p.upper if p else np.inf for p in declared])
@@ -229,7 +229,7 @@ class FitProblem:
 
     def _solved(self, advance: Advance) -> FitResult:
         start, logarithmic = self._start(), self._logarithmic()
-        low, high = self._bounds(start, logarithmic)
+        low, high = self._bounds(logarithmic)
         memory: dict[bytes, Any] = {}
         evaluations = 0
         measured = self.data.measured
@@ -257,8 +257,7 @@ class FitProblem:
                     raise
                 # The optimiser takes a shorter step from where the motions could be followed.
                 return np.full(self.data.count, np.inf)
-            rows = [(model[n] - v)[filled[n]] / noise[n] for n, v in measured.items()]
-            return np.concatenate(rows)
+            return np.concatenate([v / noise[n] for n, v in self._misses(model).items()])
 
         def jacobian(x: Array) -> Array:
             slopes = predicted(x)[1]
@@ -277,8 +276,8 @@ class FitProblem:
             x = fit.x
             if self.sigma or evaluations >= self.max_evaluations:
                 break
-            model = predicted(x)[0]
-            new = {n: _rms((model[n] - v)[filled[n]]) or noise[n] for n, v in measured.items()}
+            misses = self._misses(predicted(x)[0])
+            new = {n: _rms(v) or noise[n] for n, v in misses.items()}
             change = max(abs(new[n] / noise[n] - 1) for n in noise)
             noise = new
             if change < SETTLED:
@@ -310,7 +309,7 @@ class FitProblem:
         noise = dict(self.sigma or {})
         if not noise:
             error = error * math.sqrt(float(residuals @ residuals) / freedom)
-            misses = {n: (model[n] - v)[np.isfinite(v)] for n, v in self.data.measured.items()}
+            misses = self._misses(model)
             noise = {n: _rms(v) * math.sqrt(len(residuals) / freedom) for n, v in misses.items()}
         # Standard deviations that are known have the normal distribution's quantile.
         known = math.inf if self.sigma else freedom
@@ -334,6 +333,10 @@ class FitProblem:
             condition=float(singular[0] / singular[-1]),
             message=message,
         )
+
+    def _misses(self, model: Mapping[str, Array]) -> dict[str, Array]:
+        """Return by measured quantity what the model has more than the data, where there are."""
+        return {n: (model[n] - v)[np.isfinite(v)] for n, v in self.data.measured.items()}
 
     def _identified(self, jacobian: Array, lengths: Array) -> tuple[Array, Array]:
         """Return singular values and right vectors of the Jacobian with columns of length one.
