@@ -141,21 +141,14 @@ def _notices() -> Iterator[None]:
         warnings.simplefilter("always", PainleveWarning)
         others, said = warnings.showwarning, set[str]()
 
-        def show(
-            message: Warning | str,
-            category: type[Warning],
-            filename: str,
-            lineno: int,
-            file: TextIO | None = None,
-            line: str | None = None,
-        ) -> Any:
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> Any:
             if issubclass(category, PainleveWarning):
                 # Several engines of one command have the same to say.
                 if str(message) not in said:
                     said.add(str(message))
                     _say(f"note: {message}")
                 return None
-            return others(message, category, filename, lineno, file, line)
+            return others(message, category, *place, **more)
 
         warnings.showwarning = show
         yield

@@ -43,27 +43,19 @@ class Parser(argparse.ArgumentParser):
         return [o for a in self._actions for o in a.option_strings if o.startswith("--")]
 
 
-class _Completion(argparse.Action):
-    """Prints the completion of a shell, which shtab writes, and ends."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,
-    ) -> NoReturn:
-        try:
-            import shtab
-        except ImportError:
-            raise InputError(
-                "--print-completion: needs shtab. Fix: pip install 'painleve-sym[completion]'."
-            ) from None
-        for action in parser._actions:
-            if isinstance(action, argparse._SubParsersAction):
-                action.help = "command"  # shtab leaves out what the help does not show
-        print(shtab.complete(parser, shell=values))
-        parser.exit()
+def _print_completion(parser: Parser, shell: str) -> NoReturn:
+    """Print the completion of a shell, which shtab writes, and end."""
+    try:
+        import shtab
+    except ImportError:
+        raise InputError(
+            "--print-completion: needs shtab. Fix: pip install 'painleve-sym[completion]'."
+        ) from None
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            action.help = "command"  # shtab leaves out what the help does not show
+    print(shtab.complete(parser, shell=shell))
+    parser.exit()
 
 
 class _Read(argparse.Action):
@@ -104,7 +96,8 @@ def parsers(names: Iterable[str] = COMMANDS) -> tuple[Parser, dict[str, Parser]]
     parser.add_argument("--version", action="version", version=__version__)
     parser.add_argument(
         "--print-completion",
-        action=_Completion,
+        action=_Read,
+        read=lambda _where, shell: _print_completion(parser, shell),
         choices=SHELLS,
         help="print what completes commands and options in this shell, and end",
     )
