@@ -103,8 +103,7 @@ class FilmPicture:
         self._show(i)
         for artist in sorted(self.drawn, key=lambda artist: artist.get_zorder()):
             (artist.axes if artist.axes not in (None, artist) else self.figure).draw_artist(artist)
-        pixels: Array = np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
-        return pixels
+        return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
     def _prepare_view(self) -> None:
         axes, scene = self.view.axes, self.scene

@@ -72,8 +72,7 @@ def _local_scales(events: Array, start: float, end: float) -> Array:
     """Return the time about each event that is magnified, shape (events,); s."""
     gaps = np.diff(np.concatenate([[start], events, [end]])) / 4
     shortest, longest = SHORTEST * (end - start), (end - start) / 60
-    scales: Array = np.clip(np.minimum(gaps[:-1], gaps[1:]), shortest, longest)
-    return scales
+    return np.clip(np.minimum(gaps[:-1], gaps[1:]), shortest, longest)
 
 
 @dataclass(frozen=True)
@@ -141,8 +140,7 @@ class Scene:
 
     def belt_speed(self, contact: str) -> Array:
         """Return the speed of the surface of a belt along positive slip, shape (frames,); m/s."""
-        speed: Array = np.broadcast_to(self._places[f"{contact}_surface_speed"], self.times.shape)
-        return speed
+        return np.broadcast_to(self._places[f"{contact}_surface_speed"], self.times.shape)
 
     @cached_property
     def _levels(self) -> dict[str, Pointwise]:
@@ -173,8 +171,7 @@ class Scene:
         """Return the way that a contact has slid since the start, shape (frames,); m."""
         speed = self.of_contact("slip_velocity", contact)
         means = (speed[1:] + speed[:-1]) / 2
-        way: Array = np.append(0.0, np.cumsum(means * np.diff(self.times)))
-        return way
+        return np.append(0.0, np.cumsum(means * np.diff(self.times)))
 
     def close_up(self, contact: str) -> float | None:
         """Return the width of a view in which the motion of a contact shows; m.

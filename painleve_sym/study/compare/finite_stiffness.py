@@ -39,14 +39,12 @@ class CorrectedComparison:
 
     def error(self, rule: str, velocity: str) -> Array:
         """Return rule minus compliant run of one velocity, shape (k,)."""
-        error: Array = (self.rules[rule] - self.softened)[:, self.velocities.index(velocity)]
-        return error
+        return (self.rules[rule] - self.softened)[:, self.velocities.index(velocity)]
 
     def orders(self, rule: str, velocity: str) -> Array:
         """Return the exponents p of error ∝ stiffnessᵖ between neighbours, shape (k − 1,)."""
         errors = np.abs(self.error(rule, velocity))
-        orders: Array = np.diff(np.log(errors)) / np.diff(np.log(self.stiffness))
-        return orders
+        return np.diff(np.log(errors)) / np.diff(np.log(self.stiffness))
 
     @property
     def classical_order(self) -> float:

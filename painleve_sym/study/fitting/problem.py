@@ -262,8 +262,7 @@ class FitProblem:
         def jacobian(x: Array) -> Array:
             slopes = predicted(x)[1]
             rows = np.vstack([slopes[n][filled[n]] / noise[n] for n in measured])
-            scaled: Array = rows * np.where(logarithmic, values_of(x), 1.0)
-            return scaled
+            return rows * np.where(logarithmic, values_of(x), 1.0)
 
         x = np.where(logarithmic, np.log(np.where(logarithmic, start, 1.0)), start)
         x = np.clip(x, *_inside(low, high))
