@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import output_file, read_count
+from painleve_sym.cli.options import given_options, output_file, read_count
 from painleve_sym.cli.output import number, print_json, show
 from painleve_sym.cli.run import ending, exit_code, show_case
 from painleve_sym.quantities import counted
@@ -18,9 +17,7 @@ def animate(arguments: argparse.Namespace) -> int:
 
     out = output_file("--out", arguments.out, FORMATS)
     check_encoder(out.suffix.lower())
-    given: dict[str, Any] = {}
-    if arguments.duration is not None:
-        given["duration"] = arguments.duration
+    given = given_options(arguments, "duration")
     if arguments.width is not None:
         given["width"] = read_count("--width", arguments.width)
     scenario = read_case(arguments)

@@ -7,7 +7,7 @@ import os
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from painleve_sym.cli.options import read_assignments, read_quantities
+from painleve_sym.cli.options import given_options, read_assignments, read_quantities
 from painleve_sym.cli.robot_options import read_robot_options
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
 from painleve_sym.errors import InputError, unknown_name
@@ -28,10 +28,8 @@ _OF_ROBOTS = ("classify", "jump", "contrast")
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
     """Return the scenario of the command line: the file, if one is named, under the options."""
-    given: dict[str, Any] = {}
-    for name in _OPTIONS:
-        if (value := getattr(arguments, name, None)) is not None:
-            given[FIELDS.get(name, name)] = value
+    options = given_options(arguments, *_OPTIONS)
+    given = {FIELDS.get(name, name): value for name, value in options.items()}
     if of_robot := read_robot_options(arguments):
         given["robot"] = of_robot
     base = _base(arguments.case, arguments.command).updated(given)

@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import MAPS, figure_file, read_look, read_range, unit_for
+from painleve_sym.cli.options import (
+    MAPS,
+    figure_file,
+    given_options,
+    read_look,
+    read_range,
+    unit_for,
+)
 from painleve_sym.cli.output import (
     assignments,
     deliver_map,
@@ -50,9 +57,8 @@ def critical(arguments: argparse.Namespace) -> int:
     given = {**scenario.parameters, **scenario.law_parameters}
     if arguments.over is not None:
         return _map(arguments, scenario, finder, given, files, look)
-    for option in ("forces", "points", "out"):
-        if getattr(arguments, option) is not None:
-            raise InputError(f"--{option}: needs --over NAME=FROM:TO, which maps the outcomes.")
+    for option in given_options(arguments, "forces", "points", "out"):
+        raise InputError(f"--{option}: needs --over NAME=FROM:TO, which maps the outcomes.")
     state = scenario.start()
     forces = {border: finder.find(state, given, border=border) for border in Border}
     names = arguments.gradient or ()
@@ -182,9 +188,7 @@ def _map(
             f"--over: got {arguments.over!r}, need one quantity with its ends, NAME=FROM:TO, such "
             "as E=1e10:1e14."
         )
-    options: dict[str, Any] = {"parameters": given, "forces": arguments.forces}
-    if arguments.points is not None:
-        options["points"] = arguments.points
+    options = {"parameters": given, **given_options(arguments, "forces", "points")}
     unit = unit_for("--over", over, text, lambda: finder.simulator.units)
     ends = read_range(f"--over {over}", text, unit)
     outcomes = outcome_map(finder, scenario.start(), over, ends, **options)

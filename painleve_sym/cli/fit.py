@@ -6,7 +6,7 @@ import argparse
 import warnings
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import figure_file, read_look, read_quantities
+from painleve_sym.cli.options import figure_file, given_options, read_look, read_quantities
 from painleve_sym.cli.output import draw, number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
@@ -28,8 +28,7 @@ def fit(arguments: argparse.Namespace) -> int:
     given = [arguments.sigma] if arguments.sigma else []
     sigma = read_quantities("--sigma", given, lambda: units)
     limits = {} if scenario.max_steps is None else {"max_steps": scenario.max_steps}
-    if arguments.max_evaluations is not None:
-        limits["max_evaluations"] = arguments.max_evaluations
+    limits |= given_options(arguments, "max_evaluations", "level")
     if data.times is None and scenario.state is None and scenario.close is None:
         # Motions row by row have starts of their own.
         start = scenario.mechanism().start
@@ -45,7 +44,6 @@ def fit(arguments: argparse.Namespace) -> int:
         until=scenario.until or ("separation",),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,
         sigma=sigma,
-        level=0.95 if arguments.level is None else arguments.level,
         **limits,
     )
     fit_result = problem.solve()

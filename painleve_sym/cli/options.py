@@ -57,6 +57,12 @@ def figure_file(
     return output_file(where, text, () if "file_format" in look else suffixes)
 
 
+def given_options(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """Return the values of options by name: of those that a command has and that are given."""
+    values = {name: getattr(arguments, name, None) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
 def read_number(where: str, text: str, unit: str = "") -> float:
     """Return a finite number; where a unit is needed, it may be given in another one of its kind.
 

@@ -12,6 +12,7 @@ from painleve_sym.cli.certify import BOX, answer
 from painleve_sym.cli.options import (
     FIGURES,
     figure_file,
+    given_options,
     output_file,
     output_folder,
     read_look,
@@ -39,9 +40,8 @@ def robot(arguments: argparse.Namespace) -> int:
     """Print the risk of the contact of a robot, at a pose and over all poses, or a proof."""
     if arguments.certify:
         return _certify(arguments)
-    for option in ("over", "check"):
-        if getattr(arguments, option) is not None:
-            raise InputError(f"--{option}: belongs to --certify. Fix: add --certify.")
+    for option in given_options(arguments, "over", "check"):
+        raise InputError(f"--{option}: belongs to --certify. Fix: add --certify.")
     look = read_look(arguments)
     picture = figure_file("--out", arguments.out, look, FIGURES) if arguments.out else None
     page = output_file("--report", arguments.report, (".html",)) if arguments.report else None
@@ -102,11 +102,10 @@ def _read(arguments: argparse.Namespace) -> tuple[Robot, dict[str, Any]]:
 
 def _certify(arguments: argparse.Namespace) -> int:
     """Prove or refute A > 0 in all poses of a box, or verify a certificate of it."""
-    for option in _NOT_PROVED:
-        if getattr(arguments, option) is not None:
-            raise InputError(
-                f"--{option}: --certify only gives a proof. Fix: leave out one of the two."
-            )
+    for option in given_options(arguments, *_NOT_PROVED):
+        raise InputError(
+            f"--{option}: --certify only gives a proof. Fix: leave out one of the two."
+        )
     if not arguments.over:
         raise InputError(
             "--certify: needs --over, the box of poses, such as --over knee=-1.1:-0.9,hip=0.6:0.8. "

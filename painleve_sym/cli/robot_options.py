@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from painleve_sym.cli.options import read_number, read_quantities
+from painleve_sym.cli.options import given_options, read_number, read_quantities
 from painleve_sym.errors import InputError, unknown_name
 
 _BASES = {"fixed": False, "floating": True}
@@ -18,32 +18,24 @@ def read_robot_options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def file_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments of `robot` that are given."""
+    texts = given_options(arguments, "base", "armature")
     given: dict[str, Any] = {}
-    base, text = _given(arguments, "base"), _given(arguments, "armature")
-    if base is not None:
+    if (base := texts.get("base")) is not None:
         if base not in _BASES:
             raise InputError(f"--base: {unknown_name('base', base, _BASES)}")
         given["floating"] = _BASES[base]
-    if text is not None:
+    if (text := texts.get("armature")) is not None:
         by_name = read_quantities("--armature", [text], dict) if "=" in text else {}
         given["armature"] = by_name or read_number("--armature", text)
-    if (srdf := _given(arguments, "srdf")) is not None:
-        given["srdf"] = srdf
-    return given
+    return given | given_options(arguments, "srdf")
 
 
 def place_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments of `Robot.contact` that are given, but for joint values."""
-    names = ("pose", "others", "radius", "locked")
-    given = {n: value for n in names if (value := _given(arguments, n)) is not None}
-    for name in ("point", "normal"):
-        if (text := _given(arguments, name)) is not None:
-            given[name] = _three(f"--{name}", text)
+    given = given_options(arguments, "pose", "others", "radius", "locked")
+    for name, text in given_options(arguments, "point", "normal").items():
+        given[name] = _three(f"--{name}", text)
     return given
-
-
-def _given(arguments: argparse.Namespace, name: str) -> Any:
-    return getattr(arguments, name, None)
 
 
 def _three(where: str, text: str) -> list[float]:
