@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from painleve_sym.cli.output import number, quantity, show, show_table
+from painleve_sym.cli.output import number, quantity, show, show_table, velocity_table
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.files import plain_fields
 
@@ -51,12 +51,9 @@ def show_corrected(corrected: CorrectedJump, rigid: JumpResult, units: Mapping[s
     ]
     show_table(head, rows, indent=0)
     show()
-    names = list(corrected.velocity)
-    after = [
-        ("classical rule", *(number(rigid.velocity[n]) for n in names)),
-        ("at this stiffness", *(number(corrected.velocity[n]) for n in names)),
-    ]
-    show_table(("velocity after", *(f"{n} [{units[n]}]" for n in names)), after)
+    courses = [("classical rule", rigid.velocity), ("at this stiffness", corrected.velocity)]
+    after = velocity_table(courses, units, "velocity after")
+    show_table(after[0], after[1:])
     show()
     end = _ENDS[corrected.end.name]
     show(f"{end} after {quantity(corrected.duration, 's')}; by {corrected.method}")

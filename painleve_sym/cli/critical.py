@@ -210,16 +210,9 @@ def _show_map(outcomes: OutcomeMap) -> None:
     show_table(("outcome", "points"), rows)
     show()
     every = max(1, -(-len(outcomes.values) // PRINTED_ROWS))
-    columns = (
-        outcomes.values,
-        outcomes.limit,
-        outcomes.predicted,
-        outcomes.slip_stop,
-        outcomes.compression,
-    )
     table = [
         [number(v, 9) if v == v else "none" for v in row]
-        for row in list(zip(*(c.tolist() for c in columns), strict=True))[::every]
+        for row in outcomes.columns[::every].tolist()
     ]
     unit = "" if outcomes.unit == "1" else f" [{outcomes.unit}]"
     head = (f"{outcomes.over}{unit}", "F_n* [N]", "closed form", *(b.value for b in Border))

@@ -137,6 +137,21 @@ def assignments(values: Mapping[str, float], units: Mapping[str, str]) -> str:
     return ", ".join(f"{n} = {quantity(v, units.get(n, '1'))}" for n, v in values.items())
 
 
+def velocity_table(
+    courses: Sequence[tuple[str, Mapping[str, float]]],
+    units: Mapping[str, str],
+    corner: str = "",
+    sizes: Mapping[str, float] | None = None,
+) -> list[tuple[str, ...]]:
+    """Return head and rows of a table of velocities by name: a row for each of several courses.
+
+    `sizes` are those of the velocities, as for `number`.
+    """
+    names, known = list(courses[0][1]), sizes or {}
+    rows = [(name, *(number(v[n], size=known.get(n, 0.0)) for n in names)) for name, v in courses]
+    return [(corner, *(f"{n} [{units[n]}]" for n in names)), *rows]
+
+
 def show(text: str = "") -> None:
     """Print a line, wrapped at 80 columns with its indentation kept."""
     print(wrapped(text))

@@ -34,14 +34,10 @@ def reproduce(arguments: argparse.Namespace) -> int:
         from painleve_sym.present.style import Look
 
         write_report(reproduction, out, Look(**look))
-        _report(f"report written to {out}")
+        with suppress(OSError):
+            print(f"report written to {out}", file=sys.stderr, flush=True)
     if arguments.json:
         print_json(reproduction.to_dict())
     else:
         print(terminal_table(reproduction).rstrip("\n"))
     return 0 if reproduction.ok else 1
-
-
-def _report(text: str) -> None:
-    with suppress(OSError):
-        print(text, file=sys.stderr, flush=True)

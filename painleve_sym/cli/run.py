@@ -20,6 +20,7 @@ from painleve_sym.cli.output import (
     show,
     show_notices,
     show_table,
+    velocity_table,
 )
 from painleve_sym.contacts.impact.jump import JumpResult, in_each_direction
 from painleve_sym.contacts.impact.tangential import TangentialImpact
@@ -156,11 +157,9 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     show("velocities at the end of each phase")
     units = scenario.mechanism().state_units
     courses = [("before", impact.velocity_before), *((p.name, p.velocity) for p in impact.phases)]
-    names = list(impact.velocity)
-    sizes = {n: max(abs(v[n]) for _, v in courses) for n in names}
-    table = [("", *(f"{n} [{units[n]}]" for n in names))]
-    table += [(name, *(number(v[n], size=sizes[n]) for n in names)) for name, v in courses]
-    if len(names) > WIDE:
+    sizes = {n: max(abs(v[n]) for _, v in courses) for n in impact.velocity}
+    table = velocity_table(courses, units, sizes=sizes)
+    if len(sizes) > WIDE:
         table = list(zip(*table, strict=True))
     show_table(table[0], table[1:])
     show()
@@ -179,12 +178,9 @@ def _show_tangential_impact(impact: TangentialImpact, units: dict[str, str]) -> 
     impulses = (number(impact.normal_impulse), number(impact.tangential_impulse))
     show_table(("P_n [N s]", "P_t [N s]"), [impulses], left=())
     show()
-    names = list(impact.velocity)
-    rows = [
-        ("before", *(number(impact.velocity_before[n]) for n in names)),
-        ("after", *(number(impact.velocity[n]) for n in names)),
-    ]
-    show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)
+    courses = [("before", impact.velocity_before), ("after", impact.velocity)]
+    table = velocity_table(courses, units)
+    show_table(table[0], table[1:])
     show()
     show(f"case before: {impact.case.value} ({impact.case.sentence})")
     show(f"energy change {quantity(impact.energy_change, 'J')}")

@@ -6,6 +6,7 @@ import json
 import textwrap
 import unicodedata
 from collections.abc import Mapping
+from itertools import groupby, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -101,15 +102,12 @@ def terminal_table(reproduction: Reproduction) -> str:
     A verdict that is not the expected one is marked with ``!``.
     """
     lines = [_line([name for name, _ in _COLUMNS]), _line(["-" * n for _, n in _COLUMNS])]
-    group = ""
-    for item in reproduction.items:
-        if item.group != group:
-            group = item.group
-            lines += ["", _HEADINGS.get(group, f"{group}s")]
-        texts = (reproduction.label(item), item.paper, item.computed, _marked(item))
-        cells = [_wrapped(t, n) for t, (_, n) in zip(texts, _COLUMNS, strict=True)]
-        for i in range(max(map(len, cells))):
-            lines.append(_line([cell[i] if i < len(cell) else "" for cell in cells]))
+    for group, items in groupby(reproduction.items, lambda item: item.group):
+        lines += ["", _HEADINGS.get(group, f"{group}s")]
+        for item in items:
+            texts = (reproduction.label(item), item.paper, item.computed, _marked(item))
+            cells = [_wrapped(t, n) for t, (_, n) in zip(texts, _COLUMNS, strict=True)]
+            lines += [_line(list(row)) for row in zip_longest(*cells, fillvalue="")]
     lines += ["", *textwrap.wrap(summary(reproduction), WIDTH)]
     return "\n".join(lines) + "\n"
 
@@ -246,13 +244,11 @@ def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> Page:
         + f"<dl>{meanings}</dl>"
     )
     parts = [Part("Verdicts", f'<div id="verdicts">{_verdict_table(reproduction)}</div>')]
-    group = ""
-    for item in reproduction.items:
-        if item.group != group:
-            group = item.group
-            parts.append(Part(_HEADINGS.get(group, f"{group}s").capitalize(), ""))
-        label = reproduction.label(item)
-        parts.append(Part(item.title, _item_html(item, label, figures.get(label)), label, 3))
+    for group, items in groupby(reproduction.items, lambda item: item.group):
+        parts.append(Part(_HEADINGS.get(group, f"{group}s").capitalize(), ""))
+        for item in items:
+            label = reproduction.label(item)
+            parts.append(Part(item.title, _item_html(item, label, figures.get(label)), label, 3))
     return Page("The paper again", lead, parts, _FILTER)
 
 

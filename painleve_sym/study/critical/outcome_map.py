@@ -83,15 +83,20 @@ class OutcomeMap:
         """Number of points of each outcome, every entry of `LEGEND` in its order."""
         return {name: int(np.sum(self.outcome == code)) for name, code in LEGEND.items()}
 
+    @property
+    def columns(self) -> Array:
+        """Values, F_n*, its closed form and both critical forces as columns, shape (k, 5)."""
+        lines = (self.limit, self.predicted, self.slip_stop, self.compression)
+        return np.column_stack((self.values, *lines))
+
     def summary(self) -> dict[str, Any]:
         """Return plain data without the grid."""
-        columns = (self.values, self.limit, self.predicted, self.slip_stop, self.compression)
         names = (self.over, "limit", "predicted", *(b.value for b in Border))
         return {
             **plain_fields(self, "mechanism", "law", "over", "unit", "counts"),
             "critical_forces": [
                 dict(zip(names, map(finite, row), strict=True))
-                for row in np.column_stack(columns).tolist()
+                for row in self.columns.tolist()
             ],
             "state": self.state,
             "parameters": self.parameters,

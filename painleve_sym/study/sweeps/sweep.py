@@ -317,7 +317,7 @@ class Sweep:
                 f"{self.scenario.where}: keep: case needs one contact. "
                 "Fix: leave it out, or name one contact."
             )
-        names = (*mechanism.state_names, *(p.name for p in mechanism.outline.parameters))
+        names = mechanism.outline.argument_names
         with np.errstate(all="ignore"):
             at = Delassus.of(mechanism).at_each(
                 {name: np.broadcast_to(inputs[name], (n,)) for name in names}
