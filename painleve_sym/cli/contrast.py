@@ -189,7 +189,10 @@ def _show(comparison: Comparison, units: dict[str, str]) -> None:
     show(f"velocities at t = {number(comparison.t_end)} s: {listed}; impulse P_n in N s")
     show("rigid motion first, by its restitution and policy")
     answers = [*_distinct(comparison.rigid), *comparison.stepping, *comparison.softened]
-    rows = [_row(a, names) for a in answers]
+    rows = [
+        _row(a, *(_short(a.velocity[n]) for n in names), number(a.normal_impulse, 5))
+        for a in answers
+    ]
     show_table(("method", "setting", *names, "P_n", "error"), rows, left=(0, 1), indent=0)
     _show_early(answers, units)
     show("error: relative distance to the rigid motion it tends to, by kinetic energy")
@@ -224,26 +227,19 @@ def _show_in_space(comparison: Comparison, units: dict[str, str]) -> None:
 def _contact_row(answer: Answer) -> list[str]:
     speeds = answer.contact_velocities[-1].tolist()
     size = float(np.abs(answer.contact_velocities).max())
-    return [
-        _name(answer),
-        _marked(answer),
+    return _row(
+        answer,
         number(speeds[0], 5, size),
         *(number(v, 4, size) for v in speeds[1:]),
         number(answer.normal_impulse, 5),
         number(answer.final_time, 4),
         number(answer.peak_force, 4) if math.isfinite(answer.peak_force) else "",
-        number(answer.error, 2) if math.isfinite(answer.error) else "",
-    ]
+    )
 
 
-def _row(answer: Answer, names: list[str]) -> list[str]:
-    return [
-        _name(answer),
-        _marked(answer),
-        *(_short(answer.velocity[n]) for n in names),
-        number(answer.normal_impulse, 5),
-        number(answer.error, 2) if math.isfinite(answer.error) else "",
-    ]
+def _row(answer: Answer, *cells: str) -> list[str]:
+    error = number(answer.error, 2) if math.isfinite(answer.error) else ""
+    return [_name(answer), _marked(answer), *cells, error]
 
 
 def _marked(answer: Answer) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,6 @@ from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.quantities import counted
@@ -300,20 +299,9 @@ def _show_events(trajectory: Trajectory) -> None:
     half = SHOWN_EVENTS // 2
     hidden = max(0, len(events) - SHOWN_EVENTS)
     shown = events if not hidden else [*events[:half], *events[-half:]]
-    head, rows = _event_table(shown, trajectory)
-    if hidden:
-        rows.insert(half, ("...", f"{hidden} more", *[""] * (len(head) - 2)))
-    show_table(head, rows, left=(1, 2), indent=0)
-
-
-def _event_table(
-    events: Sequence[EventRecord], trajectory: Trajectory
-) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return head and rows of a table of events; with the contact where there are several."""
-    several = len({e.contact for e in events}) > 1
-    head: tuple[str, ...] = ("time [s]", "event", "mode after", "F_n [N]", "depth [m]")
+    several = len({e.contact for e in shown}) > 1
     force = trajectory.size("normal_force")
-    rows: list[tuple[str, ...]] = [
+    rows = [
         (
             number(e.time, 9),
             f"{e.kind} {e.contact}" if several and e.contact else e.kind,
@@ -321,9 +309,12 @@ def _event_table(
             number(e.normal_force, size=force),
             number(e.compression, size=trajectory.size("gap", e.contact)),
         )
-        for e in events
+        for e in shown
     ]
-    return head, rows
+    if hidden:
+        rows.insert(half, ("...", f"{hidden} more", "", "", ""))
+    head = ("time [s]", "event", "mode after", "F_n [N]", "depth [m]")
+    show_table(head, rows, left=(1, 2), indent=0)
 
 
 def ending(trajectory: Trajectory) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +74,8 @@ class FitProblem:
 
     def __post_init__(self) -> None:
         where, data = f"fit of {self.simulator.where}", self.data
-        known = [*self._declared, *self.simulator.mechanism.state_names]
+        states = self.simulator.mechanism.state_names
+        known = [*self._declared, *states]
         if not self.estimate:
             raise InputError(f"{where}: nothing to estimate. Fix: name parameters.")
         for name in self.estimate:
@@ -86,9 +86,8 @@ class FitProblem:
             if self.estimate.count(name) > 1:
                 raise InputError(f"{where}: got {name!r} twice. Fix: name it once.")
         for name in data.starts:
-            if name not in self.simulator.mechanism.state_names:
-                names = self.simulator.mechanism.state_names
-                raise InputError(f"{data.where}: start: {unknown_name('state', name, names)}")
+            if name not in states:
+                raise InputError(f"{data.where}: start: {unknown_name('state', name, states)}")
             if name in self.state:
                 raise InputError(f"{data.where}: start {name} is given twice. Fix: drop one.")
         for name, value in (self.sigma or {}).items():
@@ -106,10 +105,9 @@ class FitProblem:
                 f"the number of unknowns, {len(self.estimate)}. Fix: measure more."
             )
 
-    @cached_property
+    @property
     def _declared(self) -> dict[str, Parameter]:
-        sim = self.simulator
-        return {p.name: p for p in (*sim.mechanism.outline.parameters, *sim.own_parameters)}
+        return self.simulator.declared.by_name
 
     # ---- the model ----
 
@@ -195,8 +193,8 @@ class FitProblem:
     # ---- the least squares ----
 
     def _start(self) -> Array:
-        defaults = {n: p.default for n, p in self._declared.items()} | {**self.parameters}
-        values = [defaults.get(n, self.state.get(n, 0.0)) for n in self.estimate]
+        known = {**self.state, **self.simulator.declared.defaults, **self.parameters}
+        values = [known.get(n, 0.0) for n in self.estimate]
         for name, value in zip(self.estimate, values, strict=True):
             fault = self._declared[name].fault(value) if name in self._declared else None
             if fault:

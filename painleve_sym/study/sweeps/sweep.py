@@ -215,7 +215,7 @@ class Sweep:
         """Add what is wrong with the names and numbers of the points."""
         scenario, table = self.scenario, ("axes",) if self.space.axes else ("sample", "ranges")
         with faults.at("law"):
-            own = {p.name: p for p in self.simulator.own_parameters}
+            own = [p.name for p in self.simulator.own_parameters]
             for name in scenario.law_parameters:
                 if name not in own:
                     faults.fault(
@@ -226,7 +226,7 @@ class Sweep:
             for unknown in unknowns(self.mechanism, scenario.close) if scenario.close else ():
                 if unknown.name in self.space.names:
                     raise InputError(f"{unknown.name} is varied. Fix: name another coordinate.")
-        declared = {p.name: p for p in self.mechanism.outline.parameters} | own
+        declared = self.simulator.declared.by_name
         known = (*self.mechanism.state_names, *declared, "initial_force")
         given = {*(scenario.state or {}), *scenario.parameters, *scenario.law_parameters}
         given |= {"initial_force"} if scenario.initial_force is not None else set()
