@@ -68,19 +68,17 @@ def _show(fit_result: FitResult, data: FitData, units: dict[str, str]) -> None:
     show(f"{kind}, {counted(values, 'measured value')}, {unknowns}")
     show()
     percent = f"{100 * fit_result.level:g} %"
-    rows = []
-    for i, (name, unit) in enumerate(zip(fit_result.names, fit_result.units, strict=True)):
-        low, high = fit_result.interval[i]
-        rows.append(
-            (
-                name,
-                number(float(fit_result.start[i])),
-                number(float(fit_result.estimate[i]), 7),
-                number(float(fit_result.standard_error[i]), 3),
-                f"{number(float(low), 7)} to {number(float(high), 7)}",
-                "" if unit == "1" else unit,
-            )
+    rows = [
+        (
+            one["name"],
+            number(one["start"]),
+            number(one["estimate"], 7),
+            number(one["standard_error"], 3),
+            " to ".join(number(end, 7) for end in one["interval"]),
+            "" if one["unit"] == "1" else one["unit"],
         )
+        for one in fit_result.to_dict()["estimates"]
+    ]
     head = ("", "start", "estimate", "std. error", f"{percent} interval", "unit")
     show_table(head, rows, left=(0, 5), indent=0)
     show()

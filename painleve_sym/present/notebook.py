@@ -132,22 +132,11 @@ def _jump(jump: JumpResult) -> list[str]:
     tangents = ("1", "2") if any(p.in_space for p in jump.phases) else ("t",)
     impulses, slips = [f"P_{t} (N s)" for t in tangents], [f"v_{t} (m/s)" for t in tangents]
     head = ("phase", "P_n (N s)", *impulses, "energy gained (J)", *slips, "v_n (m/s)")
-    rows = [
-        (
-            p.name,
-            *(
-                f"{v:.6g}"
-                for v in (
-                    p.normal_impulse,
-                    *in_each_direction(p.tangential_impulse),
-                    p.stored_energy,
-                    *in_each_direction(p.slip_velocity),
-                    p.normal_velocity,
-                )
-            ),
-        )
-        for p in jump.phases
-    ]
+    rows = []
+    for p in jump.phases:
+        impulse, slip = map(in_each_direction, (p.tangential_impulse, p.slip_velocity))
+        values = (p.normal_impulse, *impulse, p.stored_energy, *slip, p.normal_velocity)
+        rows.append((p.name, *(f"{v:.6g}" for v in values)))
     velocities = [
         (name, f"{before:.6g}", f"{jump.velocity[name]:.6g}")
         for name, before in jump.velocity_before.items()

@@ -315,21 +315,21 @@ class SlidingAnalysis:
         problem = contact_problem(mechanism, start, values)
         numbers = {**start, **constants}
         point = [numbers[name] for name in self._names]
-        own = self._mechanical.of_vector(point)
+        own = self._mechanical.of_point(point)
         at = Delassus.of(mechanism).at(numbers)
         gap, gap_rate = float(at.gap[0]), float(at.gap_rate[0])
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
         depth = simulator.compression_of_force(force, values)
-        local = self._linearised.of_vector([A, B, depth, *constants.values()])
-        exponent, slope, *rates, conservative = local
+        local = self._linearised.of_point([A, B, depth, *constants.values()])
+        slope, conservative = local.pop("slope"), bool(local.pop("conservative"))
         rate, *gradient = self._drift(slip).of_vector(point)
         field = self._field(slip).of_vector(point)
         second = sum(g * v for g, v in zip(gradient, field, strict=True))
-        A_rate, rate_per_force = own[:2] if slip < 0 else own[2:]
+        exponent, rates = local["exponent"], (local["growth_rate"], local["decay_rate"])
         # The rates of unloading are infinite where nothing is recovered.
-        self._check_range((force, depth, exponent, slope, rate, second, *rates[:2]), exponent)
+        self._check_range((force, depth, exponent, slope, rate, second, *rates), exponent)
         solution = SlidingSolution(
             slip=slip,
             A=A,
@@ -337,17 +337,13 @@ class SlidingAnalysis:
             force=force,
             force_rate=rate,
             force_second_rate=second,
-            A_rate=A_rate,
-            rate_per_force=rate_per_force,
+            A_rate=own[f"A_rate_{slip}"],
+            rate_per_force=own[f"rate_per_force_{slip}"],
             compression=depth,
             compression_rate=rate / slope,
             approach=0.0 if abs(gap_rate) <= at.rate_tolerance[0] else -gap_rate,
-            exponent=exponent,
-            growth_rate=rates[0],
-            decay_rate=rates[1],
-            unloading_growth_rate=rates[2],
-            unloading_decay_rate=rates[3],
-            conservative=bool(conservative),
+            conservative=conservative,
+            **local,
         )
         return solution, 0.0 if abs(gap) <= at.gap_tolerance[0] else gap
 
