@@ -8,11 +8,10 @@ import math
 import sys
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from painleve_sym.files import write_beside
+from painleve_sym.files import to_plain, write_beside
 
 if TYPE_CHECKING:
     from painleve_sym.study.critical.outcome_map import OutcomeMap
@@ -30,7 +29,7 @@ def print_json(data: Mapping[str, Any]) -> None:
     place to what it was.
     """
     lost: dict[str, str] = {}
-    clean = _plain(data, "", lost)
+    clean = _finite(to_plain(data), "", lost)
     if lost:
         clean["not_finite"] = lost
     sys.stdout.write(_laid_out(clean, "") + "\n")
@@ -102,18 +101,14 @@ def _laid_out(value: Any, indent: str) -> str:
     return json.dumps(value, allow_nan=False)
 
 
-def _plain(value: Any, place: str, lost: dict[str, str]) -> Any:
-    if isinstance(value, Mapping):
+def _finite(value: Any, place: str, lost: dict[str, str]) -> Any:
+    if isinstance(value, dict):
         dot = f"{place}." if place else ""
-        return {str(k): _plain(v, f"{dot}{k}", lost) for k, v in value.items()}
-    if isinstance(value, Enum):
-        return value.value
+        return {str(k): _finite(v, f"{dot}{k}", lost) for k, v in value.items()}
     if isinstance(value, Path):
         return str(value)
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(v, f"{place}[{i}]", lost) for i, v in enumerate(value)]
+    if isinstance(value, list):
+        return [_finite(v, f"{place}[{i}]", lost) for i, v in enumerate(value)]
     if isinstance(value, float) and not math.isfinite(value):
         lost[place] = repr(value)
         return None

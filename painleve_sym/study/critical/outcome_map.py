@@ -98,8 +98,7 @@ class OutcomeMap:
                 dict(zip(names, map(finite, row), strict=True))
                 for row in self.columns.tolist()
             ],
-            "state": self.state,
-            "parameters": self.parameters,
+            **plain_fields(self, "state", "parameters"),
         }
 
     def to_dict(self) -> dict[str, Any]:

@@ -246,7 +246,7 @@ def region_map(
         Coordinates, velocities or parameters; in space also ``slip_direction``, the angle of slip.
     ranges : mapping of str to two (float or str)
         Ends of the axes, such as ``("10 deg", "80 deg")``; those left out are
-        chosen (see `map_axes.default_range`).
+        chosen (see `axes.default_range`).
     points : int
         Along each axis, 5 to 2000.
     slip : {-1, +1}, or float
