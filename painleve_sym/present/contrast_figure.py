@@ -165,10 +165,10 @@ def _power(value: float) -> str:
 
 def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: float) -> None:
     drawn: list[Answer] = []
-    empty = True
+    # What is below the accuracy of the reference is not an error.
+    known = [a for a in answers if a.error > ROUND_OFF]
     for way in dict.fromkeys(a.way for a in answers):
-        # What is below the accuracy of the reference is not an error.
-        chosen = [a for a in answers if a.way == way and a.error > ROUND_OFF]
+        chosen = [a for a in known if a.way == way]
         look = (
             {**_symbol(way), "linewidth": 0.8}
             if way in _SOLVERS
@@ -182,8 +182,7 @@ def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: flo
             **look,
         )
         drawn = chosen if joined and len(chosen) > len(drawn) else drawn
-        empty = empty and not chosen
-    if empty:
+    if not known:
         compared = any(a.reference for a in answers)
         axes.text(
             0.5,

@@ -146,7 +146,7 @@ class PlanarCase(Case):
         for solver in solvers:
             for h in steps:
                 run = enumerated.get(h)
-                if run is None or solver in ("lemke", "mpcc"):
+                if run is None or solver in SINGLE:
                     options: dict[str, Any] = (
                         {"max_solves": MPCC_SOLVES} if solver == "mpcc" else {}
                     )
