@@ -17,15 +17,20 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.robots.tree import (
+    MASSLESS,
     MAX_BODIES,
+    SAME_PLACE,
     Body,
     Frame,
     Joint,
     JointKind,
+    Place,
     Pose,
     RobotTree,
+    Solid,
     cleaned,
     inertia_fault,
+    joined,
     rotation_axis,
     rotation_quaternion,
     unit_vector,
@@ -64,16 +69,6 @@ class _Settings:
         return with_defaults(element, self.classes[name].get(element.tag, {}))
 
 
-@dataclass(eq=False)
-class _Reading:
-    """Bodies, frames and notices read so far."""
-
-    bodies: list[Body] = field(default_factory=list)
-    frames: dict[str, Frame] = field(default_factory=dict)
-    others: dict[str, Frame] = field(default_factory=dict)
-    free: int = -1
-
-
 def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
     """Return the robot of an MJCF file.
 
@@ -100,7 +95,7 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
     worlds = root.findall("worldbody")
     moving = [body for world in worlds for body in world.findall("body") if _moves(body)]
     framed = [f for world in worlds for f in world.findall("frame")]
-    free = [body for body in moving if _free_joint(body, settings) is not None]
+    free = [body for body in moving if _has_free_joint(body)]
     if len(free) > 1 or (free and len(moving) > 1):
         raise InputError(
             f"{where}: {len(moving)} bodies of the world move, need one robot. "
@@ -108,21 +103,19 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         )
     if floating is None:
         floating = bool(free)
-    reading = _Reading()
+    reading = _Reading(settings)
     if floating:
         if len(moving) != 1 or framed:
             raise InputError(
                 f"{where}: a floating base is the one body of the world that moves, got "
                 f"{len(moving)}."
             )
-        _read_body(moving[0], settings, "", -1, reading, base=True)
-        keyed = bool(free)
+        reading.body(moving[0], "", -1)
     else:
-        reading.bodies.append(Body("world", -1, np.eye(3), np.zeros(3)))
-        reading.frames["world"] = Frame(0, np.eye(3), np.zeros(3))
+        reading.bodies.append(Body("world", -1, *SAME_PLACE))
+        reading.frames["world"] = Frame(0, *SAME_PLACE)
         for world in worlds:
-            _read_children(world, settings, "", 0, np.eye(3), np.zeros(3), reading)
-        keyed = bool(free)
+            reading.children(world, "", 0)
     option = root.find("option")
     gravity = [0.0, 0.0, -9.81]
     if option is not None:
@@ -145,20 +138,17 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise InputError(f"{where}: two joints are called {twice!r}. Fix: rename one.")
-    return replace(tree, poses=_keyframes(root, tree, keyed, where))
+    return replace(tree, poses=_keyframes(root, tree, bool(free), where))
 
 
 def _moves(body: Element) -> bool:
     return any(next(body.iter(tag), None) is not None for tag in ("joint", "freejoint"))
 
 
-def _free_joint(body: Element, settings: _Settings) -> Element | None:
-    for element in body:
-        if element.tag == "freejoint":
-            return element
-        if element.tag == "joint" and element.get("type") == "free":
-            return element
-    return None
+def _has_free_joint(body: Element) -> bool:
+    return any(
+        e.tag == "freejoint" or (e.tag == "joint" and e.get("type") == "free") for e in body
+    )
 
 
 def _settings(root: Element, where: str) -> _Settings:
@@ -240,70 +230,67 @@ def _position(element: Element, s: _Settings) -> Array:
     return np.array(number_list(element, "pos", s.where, (0.0, 0.0, 0.0), 3))
 
 
-def _read_children(
-    parent: Element,
-    s: _Settings,
-    childclass: str,
-    index: int,
-    R: Array,
-    p: Array,
-    reading: _Reading,
-) -> None:
-    """Read bodies, sites and geoms; (R, p) is the frame they stand in, in the body's frame."""
-    for element in parent:
-        if element.tag == "body":
-            _read_body(element, s, childclass, index, reading, R, p)
-        elif element.tag == "frame":
-            inner = R @ _rotation(element, s), p + R @ _position(element, s)
-            own = element.get("childclass") or childclass
-            _read_children(element, s, own, index, *inner, reading)
-        elif element.tag in ("site", "geom"):
-            full = s.full(element, childclass)
-            if (name := element.get("name")) and full.get("type", "") != "mesh":
-                turned, place, _ = _shape(full, s)
-                frame = Frame(index, cleaned(R @ turned), p + R @ place)
-                reading.others.setdefault(name, frame)
-        elif element.tag in ("composite", "flexcomp", "attach", "replicate"):
-            raise InputError(
-                f"{s.where}: {label(element)} makes bodies that are not written in the file. "
-                "Fix: give what MuJoCo writes of the whole (mj_saveLastXML)."
-            )
+@dataclass(eq=False)
+class _Reading:
+    """Bodies and frames read so far."""
 
+    settings: _Settings
+    bodies: list[Body] = field(default_factory=list)
+    frames: dict[str, Frame] = field(default_factory=dict)
+    others: dict[str, Frame] = field(default_factory=dict)
 
-def _read_body(
-    element: Element,
-    s: _Settings,
-    childclass: str,
-    parent: int,
-    reading: _Reading,
-    R: Array | None = None,
-    p: Array | None = None,
-    base: bool = False,
-) -> None:
-    own = element.get("childclass") or childclass
-    name = element.get("name") or f"body_{len(reading.bodies)}"
-    if len(reading.bodies) >= MAX_BODIES:
-        raise InputError(f"{s.where}: got more than {MAX_BODIES} bodies.")
-    if name in reading.frames:
-        raise InputError(f"{s.where}: two bodies are called {name!r}. Fix: rename one.")
-    rotation, position = _rotation(element, s), _position(element, s)
-    if R is not None and p is not None:
-        rotation, position = cleaned(R @ rotation), p + R @ position
-    if base:
-        rotation, position = np.eye(3), np.zeros(3)
-    joints = [] if base else _joints(element, s, own, len(reading.bodies))
-    if base and any(e.tag == "joint" and e.get("type") != "free" for e in element):
-        raise InputError(f"{s.where}: {label(element)}: the base has joints besides a free one.")
-    for joint, anchor in joints:
-        # A joint turns about its anchor; the body's frame comes back after it.
-        position = position + rotation @ anchor
-        reading.bodies.append(Body(f"{name}/{joint.name}", parent, rotation, position, joint))
-        parent, rotation, position = len(reading.bodies) - 1, np.eye(3), -anchor
-    mass, center, inertia = _inertia(element, s, own)
-    reading.bodies.append(Body(name, parent, rotation, position, None, mass, center, inertia))
-    index = len(reading.bodies) - 1
-    reading.frames[name] = Frame(index, np.eye(3), np.zeros(3))
-    _read_children(element, s, own, index, np.eye(3), np.zeros(3), reading)
+    def children(
+        self, parent: Element, childclass: str, index: int, at: Place = SAME_PLACE
+    ) -> None:
+        """Read bodies, sites and geoms; `at` is the frame they stand in, in the body's frame."""
+        s, (R, p) = self.settings, at
+        for element in parent:
+            if element.tag == "body":
+                self.body(element, childclass, index, at)
+            elif element.tag == "frame":
+                inner = R @ _rotation(element, s), p + R @ _position(element, s)
+                self.children(element, element.get("childclass") or childclass, index, inner)
+            elif element.tag in ("site", "geom"):
+                full = s.full(element, childclass)
+                if (name := element.get("name")) and full.get("type", "") != "mesh":
+                    turned, place, _ = _shape(full, s)
+                    frame = Frame(index, cleaned(R @ turned), p + R @ place)
+                    self.others.setdefault(name, frame)
+            elif element.tag in ("composite", "flexcomp", "attach", "replicate"):
+                raise InputError(
+                    f"{s.where}: {label(element)} makes bodies that are not written in the file. "
+                    "Fix: give what MuJoCo writes of the whole (mj_saveLastXML)."
+                )
+
+    def body(self, element: Element, childclass: str, parent: int, at: Place | None = None) -> None:
+        """Read a body with all that it carries; without `at` it is a base that floats."""
+        s = self.settings
+        own = element.get("childclass") or childclass
+        name = element.get("name") or f"body_{len(self.bodies)}"
+        if len(self.bodies) >= MAX_BODIES:
+            raise InputError(f"{s.where}: got more than {MAX_BODIES} bodies.")
+        if name in self.frames:
+            raise InputError(f"{s.where}: two bodies are called {name!r}. Fix: rename one.")
+        rotation, position = _rotation(element, s), _position(element, s)
+        if at is None:
+            (rotation, position), joints = SAME_PLACE, []
+            if any(e.tag == "joint" and e.get("type") != "free" for e in element):
+                raise InputError(
+                    f"{s.where}: {label(element)}: the base has joints besides a free one."
+                )
+        else:
+            rotation, position = cleaned(at[0] @ rotation), at[1] + at[0] @ position
+            joints = _joints(element, s, own, len(self.bodies))
+        for joint, anchor in joints:
+            # A joint turns about its anchor; the body's frame comes back after it.
+            position = position + rotation @ anchor
+            self.bodies.append(Body(f"{name}/{joint.name}", parent, rotation, position, joint))
+            parent, rotation, position = len(self.bodies) - 1, np.eye(3), -anchor
+        solid = _inertia(element, s, own)
+        self.bodies.append(Body(name, parent, rotation, position, None, *solid))
+        index = len(self.bodies) - 1
+        self.frames[name] = Frame(index, *SAME_PLACE)
+        self.children(element, own, index)
 
 
 def _joints(body: Element, s: _Settings, childclass: str, index: int) -> list[tuple[Joint, Array]]:
@@ -348,7 +335,7 @@ def _joints(body: Element, s: _Settings, childclass: str, index: int) -> list[tu
     return joints
 
 
-def _inertia(body: Element, s: _Settings, childclass: str) -> tuple[float, Array, Array]:
+def _inertia(body: Element, s: _Settings, childclass: str) -> Solid:
     inertial = body.find("inertial")
     if inertial is not None and s.from_geoms != "true":
         mass, center = one_number(inertial, "mass", s.where), _position(inertial, s)
@@ -361,7 +348,7 @@ def _inertia(body: Element, s: _Settings, childclass: str) -> tuple[float, Array
         R = _rotation(inertial, s)
         inertia = R @ inertia @ R.T
     elif s.from_geoms == "false":
-        return 0.0, np.zeros(3), np.zeros((3, 3))
+        return MASSLESS
     else:
         mass, center, inertia = _geom_inertia(body, s, childclass)
     if fault := inertia_fault(mass, inertia):
@@ -369,23 +356,13 @@ def _inertia(body: Element, s: _Settings, childclass: str) -> tuple[float, Array
     return mass, center, inertia
 
 
-def _geom_inertia(body: Element, s: _Settings, childclass: str) -> tuple[float, Array, Array]:
+def _geom_inertia(body: Element, s: _Settings, childclass: str) -> Solid:
     """Return mass, centre and inertia of the geoms of a body, all of primitive shapes."""
-    parts = _parts(body, s, childclass, np.eye(3), np.zeros(3))
-    mass = sum(m for m, _, _ in parts)
-    if mass <= 0:
-        return 0.0, np.zeros(3), np.zeros((3, 3))
-    center = sum((m * c for m, c, _ in parts), np.zeros(3)) / mass
-    inertia = np.zeros((3, 3))
-    for m, c, own in parts:
-        d = c - center
-        inertia += own + m * (d @ d * np.eye(3) - np.outer(d, d))
-    return mass, center, inertia
+    parts = _parts(body, s, childclass, *SAME_PLACE)
+    return joined(parts) if sum(mass for mass, _, _ in parts) > 0 else MASSLESS
 
 
-def _parts(
-    body: Element, s: _Settings, childclass: str, R: Array, p: Array
-) -> list[tuple[float, Array, Array]]:
+def _parts(body: Element, s: _Settings, childclass: str, R: Array, p: Array) -> list[Solid]:
     parts = []
     for element in body:
         if element.tag == "frame":
@@ -461,7 +438,7 @@ def _solid(shape: str, size: list[float], where: str) -> tuple[float, Array]:
 
 
 def _keyframes(root: Element, tree: RobotTree, free: bool, where: str) -> dict[str, Pose]:
-    names = [b.joint.name for b in tree.bodies if b.joint is not None]
+    names = tuple(tree.joints)
     begin = 7 if free else 0
     poses: dict[str, Pose] = {}
     for group in root.findall("keyframe"):

@@ -24,6 +24,13 @@ NO_INERTIA = 1e-15
 INERTIA_TOLERANCE = 1e-6
 """Part of the largest principal moment by which an inertia may miss its inequalities."""
 
+Place = tuple[Array, Array]
+"""Orientation and place of a frame in another one, m."""
+Solid = tuple[float, Array, Array]
+"""Mass, kg, centre, m, and inertia about it, kg m², in the axes of one frame."""
+SAME_PLACE: Place = (np.eye(3), np.zeros(3))
+MASSLESS: Solid = (0.0, np.zeros(3), np.zeros((3, 3)))
+
 
 class JointKind(StrEnum):
     """Kind of motion that a joint allows."""
@@ -208,17 +215,17 @@ class RobotTree:
         parts: list[list[tuple[Body, Array, Array]]] = []
         kept: list[Body] = []
         for body in self.bodies:
-            into, R, p = -1, np.eye(3), np.zeros(3)
+            into, (R, p) = -1, SAME_PLACE
             if body.parent >= 0:
                 into, R, p = places[body.parent]
             R, p = cleaned(R @ body.rotation), R @ body.position + p
             if body.joint is not None or into < 0:
                 kept.append(replace(body, parent=into, rotation=R, position=p))
                 parts.append([])
-                into, R, p = len(kept) - 1, np.eye(3), np.zeros(3)
+                into, (R, p) = len(kept) - 1, SAME_PLACE
             places.append((into, R, p))
             parts[into].append((body, R, p))
-        bodies = (replace(b, **_joined(own)) for b, own in zip(kept, parts, strict=True))
+        bodies = (replace(b, **_whole(own)) for b, own in zip(kept, parts, strict=True))
         frames = {}
         for name, frame in self.frames.items():
             into, R, p = places[frame.body]
@@ -264,18 +271,23 @@ class RobotTree:
         return replace(self, bodies=tuple(bodies))
 
 
-def _joined(parts: Sequence[tuple[Body, Array, Array]]) -> dict[str, Any]:
-    """Return mass, centre and inertia of parts with their places in one frame."""
-    mass = sum(body.mass for body, _, _ in parts)
-    if mass == 0:
-        return {"inertia": sum((R @ b.inertia @ R.T for b, R, _ in parts), np.zeros((3, 3)))}
-    centers = [R @ body.center + p for body, R, p in parts]
-    center = sum(b.mass * c for (b, _, _), c in zip(parts, centers, strict=True)) / mass
+def _whole(parts: Sequence[tuple[Body, Array, Array]]) -> dict[str, Any]:
+    """Return mass, centre and inertia of bodies with their places in one frame."""
+    solids = [(b.mass, R @ b.center + p, R @ b.inertia @ R.T) for b, R, p in parts]
+    if not any(mass for mass, _, _ in solids):
+        return {"inertia": sum((inertia for _, _, inertia in solids), np.zeros((3, 3)))}
+    return dict(zip(("mass", "center", "inertia"), joined(solids), strict=True))
+
+
+def joined(parts: Sequence[Solid]) -> Solid:
+    """Return one solid of several in one frame, which together have mass."""
+    mass = sum(m for m, _, _ in parts)
+    center = sum((m * c for m, c, _ in parts), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
-    for (body, R, _), c in zip(parts, centers, strict=True):
+    for m, c, own in parts:
         d = c - center
-        inertia += R @ body.inertia @ R.T + body.mass * (d @ d * np.eye(3) - np.outer(d, d))
-    return {"mass": mass, "center": center, "inertia": inertia}
+        inertia += own + m * (d @ d * np.eye(3) - np.outer(d, d))
+    return mass, center, inertia
 
 
 def rotation_rpy(roll: float, pitch: float, yaw: float) -> Array:

@@ -9,17 +9,20 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.robots.tree import (
+    MASSLESS,
     MAX_BODIES,
+    SAME_PLACE,
     Body,
     Frame,
     Joint,
     JointKind,
     Mimic,
+    Place,
     Pose,
     RobotTree,
+    Solid,
     inertia_doubt,
     inertia_fault,
     rotation_rpy,
@@ -85,12 +88,12 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
     notices: list[str] = []
     bodies = []
     for link, above in order:
-        placed = (np.eye(3), np.zeros(3)) if above is None else _origin(above, where)
+        placed = SAME_PLACE if above is None else _origin(above, where)
         parent_index = -1 if above is None else index[parent_of[link]]
         own = None if above is None else _joint(above, joints, where)
         mass, center, inertia = _inertia(links[link], where, notices)
         bodies.append(Body(link, parent_index, *placed, own, mass, center, inertia))
-    frames = {link: Frame(i, np.eye(3), np.zeros(3)) for link, i in index.items()}
+    frames = {link: Frame(i, *SAME_PLACE) for link, i in index.items()}
     if floating is None:
         floating = roots[0] != _WORLD and any(b.mass > 0 for b in _fixed_to_base(bodies))
     name = root.get("name", "") or "robot"
@@ -144,18 +147,18 @@ def _fixed_to_base(bodies: list[Body]) -> Iterator[Body]:
             yield body
 
 
-def _origin(element: Element, where: str) -> tuple[Array, Array]:
+def _origin(element: Element, where: str) -> Place:
     origin = element.find("origin")
     if origin is None:
-        return np.eye(3), np.zeros(3)
+        return SAME_PLACE
     rpy = number_list(origin, "rpy", where, (0.0, 0.0, 0.0), 3)
     return rotation_rpy(*rpy), np.array(number_list(origin, "xyz", where, (0.0, 0.0, 0.0), 3))
 
 
-def _inertia(link: Element, where: str, notices: list[str]) -> tuple[float, Array, Array]:
+def _inertia(link: Element, where: str, notices: list[str]) -> Solid:
     inertial = link.find("inertial")
     if inertial is None:
-        return 0.0, np.zeros(3), np.zeros((3, 3))
+        return MASSLESS
     rotation, center = _origin(inertial, where)
     parts = [inertial.find(tag) for tag in ("mass", "inertia")]
     if parts[0] is None or parts[1] is None:
