@@ -64,11 +64,10 @@ class MotionCode:
         """Number of coordinates and velocities, and the time where it occurs."""
         return len(self.simulator.mechanism.state_names)
 
-    @cached_property
+    @property
     def declared(self) -> dict[str, Parameter]:
         """Parameters of mechanism and law by name."""
-        own = self.simulator.mechanism.outline.parameters
-        return {p.name: p for p in (*own, *self.simulator.own_parameters)}
+        return self.simulator.declared.by_name
 
     @cached_property
     def states(self) -> dict[str, str]:

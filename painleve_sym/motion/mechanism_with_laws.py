@@ -280,7 +280,7 @@ class MechanismWithLaws:
             outputs=outline.output_names,
             engine=self.integrator.name,
             contacts=tuple(c.name for c in self.mechanism.outline.contacts),
-            units=self.mechanism.units | {p.name: p.unit for p in self.own_parameters},
+            units=self.units,
             latex=self.mechanism.latex_names,
             source=self.source,
         )

@@ -36,38 +36,38 @@ def chatter_at(
 
 
 def alternatives(
-    simulator: MechanismWithLaws, event: EventRecord, values: Mapping[str, float]
+    simulator: MechanismWithLaws, state: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[str, ...]:
-    """Return all solutions of the contact problem of an event, if there are several."""
+    """Return all solutions of the contact problem after an event, if there are several."""
     several = simulator.contact.several
-    return (_of_several if several else _of_one)(simulator, event, values)
+    return (_of_several if several else _of_one)(simulator, state, values)
 
 
 def _of_one(
-    simulator: MechanismWithLaws, event: EventRecord, values: Mapping[str, float]
+    simulator: MechanismWithLaws, state: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the only contact; none for less than two."""
     contact = simulator.contact
     try:
-        problem = contact_problem(simulator.mechanism, event.state, values)
+        problem = contact_problem(simulator.mechanism, state, values)
     except InputError:  # a mobility that overflows has none; the run ends there (`non_finite`)
         return ()
     modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
-    if contact.parameters and modes and event.state[contact.rows[0].slip] == 0:
-        bounces = chatter_at(contact, event.state, values)
+    if contact.parameters and modes and state[contact.rows[0].slip] == 0:
+        bounces = chatter_at(contact, state, values)
         modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
     return modes if len(modes) > 1 else ()
 
 
 def _of_several(
-    simulator: MechanismWithLaws, event: EventRecord, values: Mapping[str, float]
+    simulator: MechanismWithLaws, state: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the closed contacts; none for less than two."""
-    gaps, rates, slips = np.array([[event.state[n] for n in r] for r in simulator.contact.rows]).T
+    gaps, rates, slips = np.array([[state[n] for n in r] for r in simulator.contact.rows]).T
     closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
     if len(simulator.rigid) < len(gaps) or not closed:
         return ()
-    at = Delassus.of(simulator.mechanism).at({**event.state, **values})
+    at = Delassus.of(simulator.mechanism).at({**state, **values})
     rows = ContactRows(len(gaps)).of_contacts(closed)
     held = np.array([simulator.mechanism.outline.contacts[i].bilateral for i in closed])
     W, b, mu = at.W[np.ix_(rows, rows)], at.b[rows], at.mu[closed]

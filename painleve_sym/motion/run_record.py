@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -28,8 +28,12 @@ from painleve_sym.version import __version__
 if TYPE_CHECKING:
     from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 
-OPTIONS = ("first_step", "max_step", "max_steps", "max_events")
-"""Options of a run besides its end and accuracy."""
+
+def plain_options(o: RunOptions) -> dict[str, Any]:
+    """Return end and bounds of a run, but for infinite ones, by the keywords of `simulate`."""
+    names = ("t_end", "first_step", "max_step", "max_steps", "max_events")
+    options = {n: getattr(o, n) for n in names if getattr(o, n) != math.inf}
+    return options | {"until": list(map(str, o.until))}
 
 
 @dataclass(frozen=True)
@@ -71,8 +75,7 @@ class RunRecord:
     def inputs(self) -> dict[str, Any]:
         """See `Trajectory.inputs`."""
         start = self.start
-        options = {n: getattr(self.options, n) for n in ("t_end", *OPTIONS)}
-        options["until"] = list(map(str, self.options.until))
+        options = plain_options(self.options)
         if start.force >= 0:
             options["initial_force"] = start.force
         if not np.array_equal(self.options.atol, self.options.rtol * start.scale):
@@ -80,7 +83,7 @@ class RunRecord:
         return {
             "law": law_text(self.simulator.law),
             "state": start.place.state,
-            "options": {n: v for n, v in options.items() if v != math.inf},
+            "options": options,
             "version": __version__,
         }
 
@@ -119,64 +122,45 @@ class RunRecord:
     @cached_property
     def events(self) -> tuple[EventRecord, ...]:
         """The events with all solutions where there are several, and with their impulses."""
-        simulator, values = self.simulator, self.start.place.parameters
-        events = self._events
-        if simulator.rigid:
-            of_contact = EventKind.CONTACT
-            events = [
-                replace(e, alternatives=alternatives(simulator, e, values))
-                if e.kind is of_contact
-                else e
-                for e in events
-            ]
-        if simulator.strikes:
-            events = [
-                replace(e, impulses=tuple(own)) if e.kind is EventKind.IMPACT else e
-                for e, own in zip(events, self._impulses, strict=True)
-            ]
-        return tuple(events)
-
-    @property
-    def _impulses(self) -> list[Sequence[float]]:
-        """P_n and P_t of each contact at every event: those of the last impact."""
-        records = self.raw.event_records
-        # The last entries of the memory are the impulses of the last impact.
-        count = ContactRows(len(self.simulator.contact.rows)).size
-        impulses: list[Sequence[float]] = records.memory_after[:, -count:].tolist()
-        return impulses
-
-    @property
-    def _events(self) -> list[EventRecord]:
         simulator, rows, outline = self.simulator, self.raw.event_records, self.simulator.outline
-        names = outline.state_names
         outputs = simulator.integrator.outputs(
             rows.mode_before, rows.state_before, rows.memory_before, self.constants
         )
         at = {name: outputs[:, i] for i, name in enumerate(outline.output_names)}
         first, *others = simulator.names.contacts
+        # The last entries of the memory are the impulses of the last impact.
+        count = ContactRows(len(simulator.names.contacts)).size
         records = []
         for i, after in enumerate(rows.state_after.tolist()):
-            place = int(rows.contact[i])
+            place, kind = int(rows.contact[i]), outline.kinds[rows.kind[i]]
             contact = outline.contacts[place] if place >= 0 else ""
             # A decision for several contacts at once has no force of its own.
             decided = place < 0 and rows.transition[i] < 0
             carried = ("normal_force", "tangential_force", "gap")
             named = (simulator.names.of_contact(n, contact or first) for n in carried)
             force, friction, gap = (0.0 if decided else float(at[n][i]) for n in named)
+            state = dict(zip(outline.state_names, after, strict=True))
+            several, impulses = tuple[str, ...](), tuple[float, ...]()
+            if simulator.rigid and kind is EventKind.CONTACT:
+                several = alternatives(simulator, state, self.start.place.parameters)
+            if simulator.strikes and kind is EventKind.IMPACT:
+                impulses = tuple(rows.memory_after[i, -count:].tolist())
             records.append(
                 EventRecord(
                     time=float(rows.time[i]),
-                    kind=outline.kinds[rows.kind[i]],
+                    kind=kind,
                     mode_before=mode_name(outline, int(rows.mode_before[i]), rows.memory_before[i]),
                     mode_after=mode_name(outline, int(rows.mode_after[i]), rows.memory_after[i]),
-                    state=dict(zip(names, after, strict=True)),
+                    state=state,
                     normal_force=force,
                     tangential_force=friction,
                     compression=-gap,
+                    alternatives=several,
                     contact=contact if others else first,
+                    impulses=impulses,
                 )
             )
-        return records
+        return tuple(records)
 
     @cached_property
     def energy_gains(self) -> tuple[EnergyGain, ...]:

@@ -104,7 +104,8 @@ class Simulator(MechanismWithLaws):
             return given
         own = [p.name for p in self.own_parameters]
         where = f"law {self.label!r}"
-        for name, value in by_name(law_parameters, f"{where}: law_parameters", "{'E': 2e11}").items():
+        of_laws = by_name(law_parameters, f"{where}: law_parameters", "{'E': 2e11}")
+        for name, value in of_laws.items():
             here = f"{name}_law" if f"{name}_law" in own else name
             if here not in own:
                 raise InputError(f"{where}: {unknown_name('parameter', name, own)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,7 +20,7 @@ from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
 from painleve_sym.motion.energy_balance import batch_notices, open_from
-from painleve_sym.motion.run_record import OPTIONS
+from painleve_sym.motion.run_record import plain_options
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory, labels
 from painleve_sym.quantities import unit_of
@@ -170,8 +169,7 @@ class BatchResult:
 
     def units(self, name: str) -> str:
         """Return the SI unit of a quantity; "1" where it has none."""
-        own = {p.name: p.unit for p in self.simulator.own_parameters}
-        return unit_of(name, self.simulator.mechanism.units | own)
+        return unit_of(name, self.simulator.units)
 
     @property
     def varied(self) -> dict[str, tuple[tuple[int, ...], Array]]:
@@ -272,13 +270,12 @@ class BatchResult:
         simulator, options = self.simulator, self.options
         plain = {n: float(a) for n, a in self.inputs.items() if np.ndim(a) == 0}
         start = {n: v for n, v in plain.items() if n in simulator.mechanism.state_names}
-        kept = {n: getattr(options, n) for n in ("rtol", "t_end", *OPTIONS)}
-        kept |= {"until": list(map(str, options.until)), "engine": simulator.integrator.name}
+        kept = {"rtol": options.rtol, **plain_options(options)}
+        kept["engine"] = simulator.integrator.name
         if self.initial_force is not None and np.ndim(self.initial_force) == 0:
             kept["initial_force"] = float(self.initial_force)
         given = {"law": law_text(simulator.law), "state": start, "version": __version__}
         parameters = {n: v for n, v in plain.items() if n not in start}
-        kept = {n: v for n, v in kept.items() if v != math.inf}
         dataset: xarray.Dataset = library.Dataset(
             variables,
             coords=coordinates | {d: index for d, index in indices.items() if d in used},
