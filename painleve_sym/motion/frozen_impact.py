@@ -24,7 +24,7 @@ from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, starts_of
+from painleve_sym.motion.batch.inputs import RUNS, BatchInputs
 from painleve_sym.motion.simulator import Simulator
 
 COEFFICIENTS = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")
@@ -179,7 +179,7 @@ class FrozenImpactSolver:
             Unknown or absent names, shapes that do not fit, numbers out of range.
         """
         rows = self._inputs(contact, start, parameters)
-        starts = starts_of(self.simulator, rows, 0, rows.count)
+        starts = rows.starts(0, rows.count)
         x, names = starts.states, self._names
         depth, rate, slip = -x[:, names["x_n"]], -x[:, names["x_n_dot"]], x[:, names["x_t_dot"]]
         b_n = rows.part(rows.inputs["b_n"], 0, rows.count)
@@ -203,7 +203,7 @@ class FrozenImpactSolver:
                     f"impact: after: got arrays for the shape {later.shape}, need {rows.shape}. "
                     "Fix: give them in the shape of the cases."
                 )
-            given = starts_of(self.simulator, later, 0, later.count).parameters
+            given = later.starts(0, later.count).parameters
             courses.append(first)
         course = self._follow(begin, given, starts.scales, active, (EventKind.SEPARATION,))
         end[active] = course.end[active]

@@ -18,6 +18,30 @@ from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
 from painleve_sym.units import in_unit
 
+RUNS = -1
+"""Code of a row that can run, in place of a reason."""
+_REFUSALS = (INVALID_START, NON_FINITE, LEFT_DOMAIN)
+"""Reasons for which `Prepared.admits` rejects a row; the last one counts."""
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Starts of n rows of a batch; arrays of shape (n,), (n, nx) or (n, np).
+
+    `scales` are those of the states, for their tolerances; `refusal` is the number of the reason
+    (`ROW_REASONS`) for which a row cannot run, or `RUNS`.
+    """
+
+    states: Array
+    parameters: Array
+    scales: Array
+    refusal: NDArray[np.int32]
+
+    def chosen(self, rows: Any) -> Starts:
+        """Return the rows of a slice or a mask."""
+        arrays = (self.states, self.parameters, self.scales, self.refusal)
+        return Starts(*(a[rows] for a in arrays))
+
 
 @dataclass(frozen=True)
 class BatchInputs:
@@ -44,7 +68,7 @@ class BatchInputs:
     ) -> BatchInputs:
         """Return the inputs; InputError lists every fault of names, numbers and ranges."""
         mechanism, where = simulator.mechanism, f"batch of {simulator.where}"
-        declared = {p.name: p for p in (*mechanism.outline.parameters, *simulator.own_parameters)}
+        declared = simulator.declared.by_name
         values: dict[str, Array] = {n: np.array(0.0) for n in mechanism.state_names}
         values |= {n: np.array(p.default) for n, p in declared.items()}
         units, faults = simulator.units, []
@@ -106,6 +130,19 @@ class BatchInputs:
         names = (*self.simulator.mechanism.state_names, *self.simulator.outline.parameter_names)
         return {n: self.part(self.inputs[n], start, stop) for n in names}
 
+    def starts(self, first: int, stop: int) -> Starts:
+        """Return the starts of the rows first..stop − 1."""
+        simulator, values, n = self.simulator, self.named(first, stop), stop - first
+        parameters = np.array([values[name] for name in simulator.outline.parameter_names]).T.copy()
+        given = np.array([values[name] for name in simulator.mechanism.state_names]).T.copy()
+        force = np.full(n, NO_FORCE) if self.force is None else self.part(self.force, first, stop)
+        states, admits, scales = simulator.integrator.prepare(parameters, given, force)
+        refusal = np.full(n, RUNS, np.int32)
+        for answers, reason in zip(admits.T, _REFUSALS, strict=True):
+            refusal[answers == 0] = reason
+        refusal[np.isnan(given).any(axis=1)] = INVALID_START  # nothing closes the contact
+        return Starts(states, parameters, scales, refusal)
+
 
 def _numbers(name: str, given: ArrayLike, unit: str) -> tuple[Array, str | None]:
     if isinstance(given, str):
@@ -123,45 +160,3 @@ def _numbers(name: str, given: ArrayLike, unit: str) -> tuple[Array, str | None]
         need = f"finite numbers{size_text(value)}"
         return np.zeros(()), f"{name}: got {value!r}{at}, need {need}."
     return values, None
-
-
-# ---- starts ----
-
-RUNS = -1
-"""Code of a row that can run, in place of a reason."""
-_REFUSALS = (INVALID_START, NON_FINITE, LEFT_DOMAIN)
-"""Reasons for which `Prepared.admits` rejects a row; the last one counts."""
-
-
-@dataclass(frozen=True)
-class Starts:
-    """Some rows of a batch, from the number `first` on; arrays of shape (n,), (n, nx) or (n, np).
-
-    `scales` are those of the states, for their tolerances; `refusal` is the number of the reason
-    (`ROW_REASONS`) for which a row cannot run, or `RUNS`.
-    """
-
-    first: int
-    states: Array
-    parameters: Array
-    scales: Array
-    refusal: NDArray[np.int32]
-
-    def chosen(self, rows: Any) -> Starts:
-        """Return the rows of a slice or a mask."""
-        arrays = (self.states, self.parameters, self.scales, self.refusal)
-        return Starts(self.first, *(a[rows] for a in arrays))
-
-
-def starts_of(simulator: Simulator, rows: BatchInputs, first: int, stop: int) -> Starts:
-    """Return the rows first..stop − 1."""
-    values, n = rows.named(first, stop), stop - first
-    parameters = np.array([values[name] for name in simulator.outline.parameter_names]).T.copy()
-    given = np.array([values[name] for name in simulator.mechanism.state_names]).T.copy()
-    force = np.full(n, NO_FORCE) if rows.force is None else rows.part(rows.force, first, stop)
-    states, admits, scales = simulator.integrator.prepare(parameters, given, force)
-    refusal = np.full(n, RUNS, np.int32)
-    for answers, reason in zip(admits.T, _REFUSALS, strict=True):
-        refusal[answers == 0] = reason
-    refusal[np.isnan(given).any(axis=1)] = INVALID_START  # nothing closes the contact
-    return Starts(first, states, parameters, scales, refusal)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Unpack
 
 import numpy as np
@@ -19,7 +19,7 @@ from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError
 from painleve_sym.motion.arguments import BatchArguments, BatchOptions, separated
-from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, Starts, starts_of
+from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, Starts
 from painleve_sym.motion.batch.machine import check_memory, processor_count, row_bytes
 from painleve_sym.motion.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
 from painleve_sym.motion.batch.result import BatchResult, run_row
@@ -61,17 +61,15 @@ def run_batch(
     rows = BatchInputs.of(simulator, states, given, force, close)
     scale = np.zeros(len(simulator.outline.state_names))
     shared = simulator.options(scale, replace(settings, record=Record.EVENTS))
-    engine = simulator.integrator
+    engine, batch = simulator.integrator, _Batch(rows, shared, kept)
     _check_outputs(simulator, kept)
     need = rows.count * row_bytes(simulator, kept)
     fix = "fewer rows at a time, or fewer event times"
     check_memory(f"batch of {simulator.where}", f"{rows.count:,} rows", need, fix)
     if isinstance(engine, CompiledEngine):
-        ends = _in_threads(
-            simulator, engine, rows, shared, kept, _thread_count(others.get("threads"))
-        )
+        ends = batch.in_threads(engine, _thread_count(others.get("threads")))
     else:
-        ends = _one_by_one(simulator, rows, shared, kept)
+        ends = batch.one_by_one()
     return BatchResult(
         simulator=simulator,
         shape=rows.shape,
@@ -103,23 +101,72 @@ def _check_outputs(simulator: Simulator, kept: BatchOutputs) -> None:
 # ---- the work ----
 
 
-def _one_by_one(
-    simulator: Simulator, rows: BatchInputs, o: RunOptions, kept: BatchOutputs
-) -> BatchRows:
-    """Return the ends of single runs in Python, where no compiled batch serves the engine."""
-    ends = BatchRows.empty(rows.count, simulator.outline, kept)
-    for first, stop in _spans(rows.count, 1):
-        block = starts_of(simulator, rows, first, stop)
-        for i, refusal in enumerate(block.refusal.tolist(), first):
-            end = ends.part(slice(i, i + 1))
-            if refusal != RUNS:
-                end.fill_unmoved(np.array([True]), block.states[i - first][None], refusal)
-                continue
-            force = None if rows.force is None else float(rows.part(rows.force, i, i + 1)[0])
-            run = run_row(simulator, rows.row(i), o, Record.DENSE, force)
-            _fill(end, run, simulator.outline.kinds, kept.events)
-            end.energy_residual[:] = _residual_of_ends(run)
-    return ends
+@dataclass(frozen=True)
+class _Batch:
+    """Rows with the options that they share and the requested outputs."""
+
+    rows: BatchInputs
+    options: RunOptions
+    kept: BatchOutputs
+
+    def empty(self, count: int) -> BatchRows:
+        """Return uninitialised ends of as many rows."""
+        return BatchRows.empty(count, self.rows.simulator.outline, self.kept)
+
+    def one_by_one(self) -> BatchRows:
+        """Return the ends of single runs in Python, where no compiled batch serves the engine."""
+        rows, simulator = self.rows, self.rows.simulator
+        ends = self.empty(rows.count)
+        for first, stop in _spans(rows.count, 1):
+            block = rows.starts(first, stop)
+            for i, refusal in enumerate(block.refusal.tolist(), first):
+                end = ends.part(slice(i, i + 1))
+                if refusal != RUNS:
+                    end.fill_unmoved(np.array([True]), block.states[i - first][None], refusal)
+                    continue
+                force = None if rows.force is None else float(rows.part(rows.force, i, i + 1)[0])
+                run = run_row(simulator, rows.row(i), self.options, Record.DENSE, force)
+                _fill(end, run, simulator.outline.kinds, self.kept.events)
+                end.energy_residual[:] = _residual_of_ends(run)
+        return ends
+
+    def in_threads(self, engine: CompiledEngine, threads: int) -> BatchRows:
+        """Return the ends of compiled runs."""
+        count = self.rows.count
+        ends, preparing = self.empty(count), threading.Lock()
+
+        def work(span: tuple[int, int]) -> None:
+            start, stop = span
+            # Serialise the Python part; it holds the GIL anyway.
+            with preparing:
+                block = self.rows.starts(start, stop)
+            self._integrate(engine, block, ends.part(slice(start, stop)))
+
+        spans = list(_spans(count, threads))
+        if min(threads, len(spans)) == 1:
+            for span in spans:
+                work(span)
+            return ends
+        with ThreadPoolExecutor(threads) as pool:
+            # Propagate the first exception; pending blocks are cancelled.
+            for _ in pool.map(work, spans):
+                pass
+        return ends
+
+    def _integrate(self, engine: CompiledEngine, block: Starts, rows: BatchRows) -> None:
+        """Fill the rows: those that cannot run at once, the others by the engine."""
+        runs, o = block.refusal == RUNS, self.options
+        if not runs.all():
+            rows.fill_unmoved(~runs, block.states, block.refusal[~runs])
+            if runs.any():
+                part = self.empty(int(runs.sum()))
+                self._integrate(engine, block.chosen(runs), part)
+                rows.put(runs, part)
+            return
+        atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
+        engine.run_batch(block.states, block.parameters, t_end, atol, o, self.kept, rows)
+        if self.rows.simulator.contact.can_open:
+            _name_jams(self.rows.simulator, block.parameters, rows)
 
 
 def _residual_of_ends(run: Trajectory) -> float:
@@ -146,36 +193,6 @@ def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) 
         row.event_times[0, k, : len(times[:events])] = times[:events]
 
 
-def _in_threads(
-    simulator: Simulator,
-    engine: CompiledEngine,
-    rows: BatchInputs,
-    o: RunOptions,
-    kept: BatchOutputs,
-    threads: int,
-) -> BatchRows:
-    ends = BatchRows.empty(rows.count, simulator.outline, kept)
-    preparing = threading.Lock()
-
-    def work(span: tuple[int, int]) -> None:
-        start, stop = span
-        # Serialise the Python part; it holds the GIL anyway.
-        with preparing:
-            block = starts_of(simulator, rows, start, stop)
-        _integrate(simulator, engine, block, o, kept, ends.part(slice(start, stop)))
-
-    spans = list(_spans(rows.count, threads))
-    if min(threads, len(spans)) == 1:
-        for span in spans:
-            work(span)
-        return ends
-    with ThreadPoolExecutor(threads) as pool:
-        # Propagate the first exception; pending blocks are cancelled.
-        for _ in pool.map(work, spans):
-            pass
-    return ends
-
-
 def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
     """Yield first and end of the blocks: smaller ones first and last, where threads would wait.
 
@@ -190,29 +207,6 @@ def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
             size = min(2 * size, BLOCK)
             while size > room:
                 size //= 2
-
-
-def _integrate(
-    simulator: Simulator,
-    engine: CompiledEngine,
-    block: Starts,
-    o: RunOptions,
-    kept: BatchOutputs,
-    rows: BatchRows,
-) -> None:
-    """Fill the rows: those that cannot run at once, the others by the engine."""
-    runs = block.refusal == RUNS
-    if not runs.all():
-        rows.fill_unmoved(~runs, block.states, block.refusal[~runs])
-        if runs.any():
-            part = BatchRows.empty(int(runs.sum()), simulator.outline, kept)
-            _integrate(simulator, engine, block.chosen(runs), o, kept, part)
-            rows.put(runs, part)
-        return
-    atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
-    engine.run_batch(block.states, block.parameters, t_end, atol, o, kept, rows)
-    if simulator.contact.can_open:
-        _name_jams(simulator, block.parameters, rows)
 
 
 def _name_jams(simulator: Simulator, parameters: Array, rows: BatchRows) -> None:
