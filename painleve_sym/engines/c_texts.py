@@ -1,7 +1,8 @@
-"""The hand-written C of the engines, file by file."""
+"""The hand-written C of the engines, file by file, and arrays in C."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib import resources
 
 
@@ -9,3 +10,8 @@ def engine_texts(*parts: str) -> list[str]:
     """Return the hand-written C files of the engines, each named by folder and base name."""
     folder = resources.files("painleve_sym.engines")
     return [folder.joinpath(f"{part}.c").read_text("utf-8") for part in parts]
+
+
+def initializer(values: Iterable[object]) -> str:
+    """Return what initialises an array of C; where there are no values, with 0."""
+    return f"{{{', '.join(map(str, values)) or '0'}}}"

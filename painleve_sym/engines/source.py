@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import accumulate
 
 import casadi as ca
 
 from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.contacts.model import ENERGIES, LOSSES
-from painleve_sym.engines.c_texts import engine_texts
+from painleve_sym.engines.c_texts import engine_texts, initializer
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import dop853
@@ -18,29 +19,19 @@ from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 from painleve_sym.hybrid.variants import known_memory
 
-ENGINE_PARTS = (
-    "loop/rows",
-    "loop/state",
-    "loop/watch",
-    "loop/choose",
-    "loop/linear",
-    "loop/problem",
-    "loop/impulse",
-    "loop/events",
-    "loop/impact",
-    "runge_kutta/step",
-    "runge_kutta/extremes",
-    "runge_kutta/search",
-    "runge_kutta/advance",
-    "loop/loop",
-    "loop/batch",
+BEFORE_STEPPER = (
+    *("loop/rows", "loop/state", "loop/watch", "loop/choose", "loop/linear"),
+    *("loop/problem", "loop/impulse", "loop/events", "loop/impact"),
 )
-"""Files of the event loop with the Runge–Kutta stepper, in the order in which they are read."""
+AFTER_STEPPER = ("loop/loop", "loop/batch")
+"""Files of the event loop above and below those of a stepper, in the order of reading."""
+_RUNGE_KUTTA = tuple(f"runge_kutta/{part}" for part in ("step", "extremes", "search", "advance"))
 
 
 def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: everything the event loop needs for this automaton."""
-    return assemble(functions, (), _coefficients(), engine_texts(*ENGINE_PARTS))
+    parts = engine_texts(*BEFORE_STEPPER, *_RUNGE_KUTTA, *AFTER_STEPPER)
+    return assemble(functions, (), _coefficients(), parts)
 
 
 def assemble(
@@ -103,21 +94,26 @@ def _coefficients() -> str:
     return "\n".join([*weights, *ends])
 
 
+def _array(kind: str, name: str, values: Iterable[object]) -> str:
+    """Return a constant array of C, whose name begins with PS_."""
+    return f"static const {kind} PS_{name} = {initializer(values)};"
+
+
 def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) -> str:
     kind = functions.automaton.kinds.index(t.kind)
     stop: int | str = ENGINE_REASONS.index(t.stop) if t.stop is not None else "PS_RUNNING"
     if t.strikes:
         stop = "PS_DECISION"
-    targets = ", ".join(str(functions.mode_index[c.target]) for c in t.choices) or "0"
+    targets = initializer(functions.mode_index[c.target] for c in t.choices)
     masks = [sum(1 << k for k in functions.departures(c)) for c in t.choices] or [0]
-    departs = ", ".join(f"{m}ull" for m in masks)
+    departs = initializer(f"{m}ull" for m in masks)
     contact = functions.automaton.contacts.index(t.contact) if t.contact else -1
     limit, at = "0, 0, 0", t.on_accumulation
     if at is not None:
         places = functions.automaton.kinds.index(at.kind), functions.mode_index[at.target]
         limit = f"limit_{i}_{j}, {places[0]}, {places[1]}"
     head = f"event_{i}_{j}, {kind}, {contact}, {stop}, {int(t.chooses)}, {len(t.choices)}"
-    return f"{{{head}, {{{targets}}}, {{{departs}}}, {limit}}}"
+    return f"{{{head}, {targets}, {departs}, {limit}}}"
 
 
 def _tables(functions: AutomatonFunctions) -> str:
@@ -145,7 +141,8 @@ def _tables(functions: AutomatonFunctions) -> str:
         names = f'outputs_{i}, {tests}, "{roles}"'
         now = sum(t.immediate for t in mode.transitions)
         sizes = f"{len(rows) - now}, {now}, {len(mode.tests)}"
-        lines.append(f"  {{{names}, {sizes}, {{{', '.join(rows)}}}}},  /* {mode.name} */")
+        table = f"{{{', '.join(rows)}}}"
+        lines.append(f"  {{{names}, {sizes}, {table}}},  /* {mode.name} */")
     lines += [
         "};",
         "/* Of each mode, then of modes whose memory has certain values: n guards, those of the",
@@ -155,13 +152,12 @@ def _tables(functions: AutomatonFunctions) -> str:
         "static const ps_variant PS_VARIANTS[PS_NV] = {",
     ]
     for i, v in enumerate(functions.every_variant):
-        places = ", ".join(map(str, v.transitions)) or "0"
         names = f"field_{i}, guards_{i}, jets_{i}"
-        lines.append(f"  {{{names}, {len(v.transitions)}, {{{places}}}}},")
-    starts = ", ".join(str(functions.mode_index[c.target]) for c in automaton.starts)
+        lines.append(f"  {{{names}, {len(v.transitions)}, {initializer(v.transitions)}}},")
+    starts = (functions.mode_index[c.target] for c in automaton.starts)
     lines += [
         "};",
-        f"static const int PS_STARTS[PS_NSTART] = {{{starts}}};",
+        _array("int", "STARTS[PS_NSTART]", starts),
         "#define PS_START_CONDITIONS starts",
         "#define PS_CONSTANTS constants",
         *_energies(automaton),
@@ -179,13 +175,12 @@ def _energies(automaton: HybridAutomaton) -> list[str]:
     outputs, states = automaton.output_names, [s.name for s in automaton.states]
     if not set(ENERGIES) <= set(outputs):
         return []
-    energies = [outputs.index(name) for name in ENERGIES]
     losses = [states.index(name) for name in LOSSES if name in states]
     return [
-        f"#define PS_ENERGIES {len(energies)}",
-        f"static const int PS_ENERGY[PS_ENERGIES] = {{{', '.join(map(str, energies))}}};",
+        f"#define PS_ENERGIES {len(ENERGIES)}",
+        _array("int", "ENERGY[PS_ENERGIES]", (outputs.index(name) for name in ENERGIES)),
         f"#define PS_LOSSES {len(losses)}",
-        f"static const int PS_LOSS[PS_LOSSES] = {{{', '.join(map(str, losses))}}};",
+        _array("int", "LOSS[PS_LOSSES]", losses),
     ]
 
 
@@ -206,31 +201,27 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     """Return the tables of the parts: how many alternatives each has, where its memory begins."""
     if not automaton.parts:
         return []
-    counts = ", ".join(str(len(part.alternatives)) for part in automaton.parts)
     every = [a for part in automaton.parts for a in part.alternatives]
-    opens = ", ".join(str(int(a.open)) for a in every)
-    preferred = ", ".join(str(int(a.preferred)) for a in every)
-    rests = ", ".join(str(-1 if a.rest_of is None else a.rest_of) for a in every)
     leaving = {label for part in automaton.parts for label in part.leaving}
     masks = [
         sum(1 << j for j, t in enumerate(mode.transitions) if t.label in leaving)
         for mode in automaton.modes
     ]
     rest = [automaton.states.index(s) for part in automaton.parts for s in part.rest]
-    sizes = [len(part.memory) for part in automaton.parts]
-    places = ", ".join(str(sum(sizes[:i])) for i in range(len(sizes) + 1))
+    rest_of = (-1 if a.rest_of is None else a.rest_of for a in every)
+    places = accumulate((len(part.memory) for part in automaton.parts), initial=0)
     return [
         "#define PS_ALTERNATIVES alternatives",
         f"#define PS_POLICY {automaton.preference}",
         f"#define PS_OWNED_SIZE {len(automaton.memory)}",
-        f"static const ps_bits PS_LEAVING[PS_NM] = {{{', '.join(f'{m}ull' for m in masks)}}};",
+        _array("ps_bits", "LEAVING[PS_NM]", (f"{m}ull" for m in masks)),
         f"#define PS_NREST {len(rest)}",
-        f"static const int PS_REST[] = {{{', '.join(map(str, rest)) or '0'}}};",
-        f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
-        f"static const int PS_IS_OPEN[PS_NALT] = {{{opens}}};",
-        f"static const int PS_IS_PREFERRED[PS_NALT] = {{{preferred}}};",
-        f"static const int PS_REST_OF[PS_NALT] = {{{rests}}};",
-        f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",
+        _array("int", "REST[]", rest),
+        _array("int", "OFFERED[PS_NPART]", (len(part.alternatives) for part in automaton.parts)),
+        _array("int", "IS_OPEN[PS_NALT]", (int(a.open) for a in every)),
+        _array("int", "IS_PREFERRED[PS_NALT]", (int(a.preferred) for a in every)),
+        _array("int", "REST_OF[PS_NALT]", rest_of),
+        _array("int", "OWNED[PS_NPART + 1]", places),
     ]
 
 
@@ -250,11 +241,10 @@ def _variants(functions: AutomatonFunctions) -> list[str]:
     for i, v in enumerate(functions.every_variant):
         if v.place is not None:
             table[v.mode][v.place] = i
-    own = ", ".join(f"{{{', '.join(map(str, row))}}}" for row in table)
     return [
-        f"static const int PS_VARIANT_OF[PS_NM][{places}] = {{{own}}};",
-        f"static const int PS_KNOWN[PS_NPART] = {{{', '.join(str(len(own)) for own in values)}}};",
-        f"static const double PS_KNOWN_MEMORY[] = {{{', '.join(rows)}}};",
+        _array("int", f"VARIANT_OF[PS_NM][{places}]", map(initializer, table)),
+        _array("int", "KNOWN[PS_NPART]", map(len, values)),
+        _array("double", "KNOWN_MEMORY[]", rows),
     ]
 
 
@@ -278,15 +268,12 @@ def _impacts(functions: AutomatonFunctions) -> list[str]:
         "IMPULSES": automaton.memory.index(given.impulses[0]),
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
-    rows = ", ".join(f"{{{at(gap)}, {at(rate)}, {at(slip)}}}" for gap, rate, slip in given.contacts)
-    speeds = ", ".join(str(at(s)) for s in given.velocities)
-    sides = ", ".join(str(int(i in given.bilateral)) for i in given.rigid)
-    works = ", ".join(str(-1 if s is None else at(s)) for s in given.works)
+    states = (initializer(map(at, row)) for row in given.contacts)
     return [
         *lines,
-        f"static const int PS_RIGID_CONTACT[PS_RIGID] = {{{', '.join(map(str, given.rigid))}}};",
-        f"static const int PS_BILATERAL[PS_RIGID] = {{{sides}}};",
-        f"static const int PS_CONTACT_STATES[PS_CONTACTS][3] = {{{rows}}};",
-        f"static const int PS_SPEED[PS_SPEEDS] = {{{speeds}}};",
-        f"static const int PS_WORKS[3] = {{{works}}};",
+        _array("int", "RIGID_CONTACT[PS_RIGID]", given.rigid),
+        _array("int", "BILATERAL[PS_RIGID]", (int(i in given.bilateral) for i in given.rigid)),
+        _array("int", "CONTACT_STATES[PS_CONTACTS][3]", states),
+        _array("int", "SPEED[PS_SPEEDS]", map(at, given.velocities)),
+        _array("int", "WORKS[3]", (-1 if s is None else at(s) for s in given.works)),
     ]

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import casadi as ca
 
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.engines.c_texts import engine_texts
-from painleve_sym.engines.source import assemble
+from painleve_sym.engines.c_texts import engine_texts, initializer
+from painleve_sym.engines.source import AFTER_STEPPER, BEFORE_STEPPER, assemble
 from painleve_sym.engines.taylor import ORDER
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
 from painleve_sym.engines.taylor.scalars import Scalar
@@ -81,11 +81,8 @@ def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: event loop, series and guards of every mode."""
     codes = [_code(functions, t, f"series_{i}") for i, t in enumerate(tapes(functions))]
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
-    first = engine_texts(
-        *("loop/rows", "loop/state", "loop/watch", "loop/choose", "loop/linear"),
-        *("loop/problem", "loop/impulse", "loop/events", "loop/impact", "runge_kutta/extremes"),
-    )
-    last = engine_texts("loop/loop", "loop/batch")
+    first = engine_texts(*BEFORE_STEPPER, "runge_kutta/extremes")
+    last = engine_texts(*AFTER_STEPPER)
     roots, along = engine_texts("taylor/roots", "taylor/along")
     size, advance, lanes = engine_texts("taylor/size", "taylor/advance", "taylor/lanes")
     texts = _series(codes)
@@ -106,8 +103,8 @@ def source(functions: AutomatonFunctions) -> str:
 def arithmetic() -> str:
     """Return the C that series are made of, which needs math.h alone."""
     series, angles = engine_texts("taylor/series", "taylor/angles")
-    factorials = ", ".join(repr(1 / math.factorial(k)) for k in range(ORDER + 1))
-    table = f"static const double PS_INVERSE_FACTORIAL[] = {{{factorials}}};\n"
+    factorials = initializer(1 / math.factorial(k) for k in range(ORDER + 1))
+    table = f"static const double PS_INVERSE_FACTORIAL[] = {factorials};\n"
     return table + series + _twice(angles)
 
 
@@ -200,12 +197,12 @@ def _header(codes: list[_ModeCode]) -> str:
         "scalars[PS_SCALARS], live[PS_RAMPS], "
         "v[PS_LENGTH][PS_COLUMNS];"
     )
-    inverse = ", ".join(["0.0", *(repr(1 / k) for k in range(1, ORDER + 1))])
-    binomials = [[repr(1 / math.comb(n, k)) for k in range(n + 1)] for n in range(ORDER + 1)]
-    rows = ",\n".join(f"  {{{', '.join(row)}}}" for row in binomials)
+    inverse = initializer([0.0, *(1 / k for k in range(1, ORDER + 1))])
+    binomials = ([1 / math.comb(n, k) for k in range(n + 1)] for n in range(ORDER + 1))
+    rows = ",\n".join(f"  {initializer(row)}" for row in binomials)
     lines += [
         f"#define PS_STEPPER {fields}",
-        f"static const double PS_INVERSE[PS_ORDER + 1] = {{{inverse}}};",
+        f"static const double PS_INVERSE[PS_ORDER + 1] = {inverse};",
         "static const double PS_INVERSE_BINOMIAL[PS_ORDER + 1][PS_ORDER + 1] = {",
         rows,
         "};",
@@ -251,16 +248,14 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         "static const ps_series PS_SERIES[PS_NV] = {",
     ]
     for i, code in enumerate(code.series for code in codes):
-        ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
-        guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
-        floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
         own = [names[f"series_{i}{e}"] for e in ("", "_guards")]
         own += [f"PS_WIDE({names.get(f'series_{i}{e}', '0')})" for e in ("_lanes", "_guards_lanes")]
         own += [names[f"series_{i}_tangents"]] if codes[i].tangents else []
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
         row += f", {code.guards_of_states}ull"
-        places = ", ".join(str(code.column(a)) for a in code.arguments) or "0"
-        sides = ", ".join(map(str, code.arguments.values())) or "0"
-        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}},")
-        lines.append(f"   {len(code.arguments)}, {{{places}}}, {{{sides}}}}},")
+        of_ramps = map(code.column, code.ramps), (int(code.guarded(r)) for r in code.ramps)
+        arrays = map(initializer, (*of_ramps, map(code.floor, code.ramps)))
+        lines.append(f"  {{{row}, {len(code.ramps)}, {', '.join(arrays)},")
+        arrays = map(initializer, (map(code.column, code.arguments), code.arguments.values()))
+        lines.append(f"   {len(code.arguments)}, {', '.join(arrays)}}},")
     return "\n".join([*lines, "};", ""])
