@@ -133,11 +133,9 @@ class AutomatonFunctions:
         if not self.automaton.parts:
             return None
         offered = [a for part in self.automaton.parts for a in part.alternatives]
-        conditions = ca.vertcat(*[self._translate(a.condition) for a in offered])
-        columns = [
-            ca.vertcat(*[self._translate(a.memory.get(s, s)) for s in self.automaton.memory])
-            for a in offered
-        ]
+        memory, vector = self.automaton.memory, self._translate.vector
+        conditions = vector([a.condition for a in offered])
+        columns = [vector([a.memory.get(s, s) for s in memory]) for a in offered]
         return self._function("alternatives", [conditions, ca.horzcat(*columns)])
 
     @cached_property
@@ -258,20 +256,18 @@ class AutomatonFunctions:
         modes = (f for m in self.modes for f in m.all())
         return (self.constants, self.starts, *more, *modes, *variants)
 
-    def _function(self, name: str, results: list[ca.SX]) -> ca.Function:
-        return ca.Function(name, [self.x, self.z, self.c], _dense(results))
+    def _function(self, name: str, results: list[ca.SX], *more: ca.SX) -> ca.Function:
+        return ca.Function(name, [self.x, self.z, self.c, *more], _dense(results))
 
     def _conditions(self, choices: tuple[Choice, ...]) -> ca.SX:
-        translated = [
-            self._translate(c.condition) if c.condition is not None else ca.SX(1.0) for c in choices
-        ]
-        return ca.vertcat(*translated)
+        conditions = (c.condition for c in choices)
+        return self._translate.vector([1.0 if c is None else c for c in conditions])
 
     def _field(self, mode: Mode) -> ca.SX:
         return self._rates_of(mode.field, self._translate)
 
     def _rates_of(self, field: Mapping[Any, Any], translate: Translator) -> ca.SX:
-        return ca.vertcat(*[translate(field.get(s, 0)) for s in self.automaton.states])
+        return translate.vector([field.get(s, 0) for s in self.automaton.states])
 
     def _mode(self, i: int, mode: Mode) -> ModeFunctions:
         rates = self._field(mode)
@@ -296,28 +292,28 @@ class AutomatonFunctions:
         self, i: int, field: ca.SX, guards: list[ca.SX]
     ) -> tuple[ca.Function, ca.Function, ca.Function]:
         """Return the functions `field`, `guards` and `jets` of a motion."""
-        values = ca.vertcat(ca.SX(0, 1), *guards)
-        first = ca.jtimes(values, self._x, field)
-        second = ca.jtimes(first, self._x, field)
+        jet = self._jet(ca.vertcat(ca.SX(0, 1), *guards), field)
         return (
             self._function(f"field_{i}", [field]),
-            self._function(f"guards_{i}", [values, first]),
-            self._function(f"jets_{i}", [values, first, second, field]),
+            self._function(f"guards_{i}", jet[:2]),
+            self._function(f"jets_{i}", [*jet, field]),
         )
+
+    def _jet(self, values: ca.SX, field: ca.SX) -> list[ca.SX]:
+        """Return values with their first two Lie derivatives."""
+        first = ca.jtimes(values, self._x, field)
+        return [values, first, ca.jtimes(first, self._x, field)]
 
     def _tests(self, i: int, mode: Mode, field: ca.SX) -> ca.Function | None:
         if not mode.tests:
             return None
         values = self._translate.vector([t.value for t in mode.tests])
-        first = ca.jtimes(values, self._x, field)
-        second = ca.jtimes(first, self._x, field)
         scales = self._translate.vector([t.scale for t in mode.tests])
-        return self._function(f"tests_{i}", [values, first, second, scales])
+        return self._function(f"tests_{i}", [*self._jet(values, field), scales])
 
     def _event(self, i: int, j: int, transition: Transition) -> ca.Function:
-        after = self._after(transition.reset)
         conditions = self._conditions(transition.choices)
-        return self._function(f"event_{i}_{j}", [*after, conditions])
+        return self._function(f"event_{i}_{j}", [*self._after(transition.reset), conditions])
 
     def _limit(self, i: int, j: int, reset: Reset) -> ca.Function:
         return self._function(f"limit_{i}_{j}", self._after(reset))

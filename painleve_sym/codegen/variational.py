@@ -266,8 +266,7 @@ class VariationalFunctions(AutomatonFunctions):
         states = self._S + self._rates[i] @ shift
         results = self._extended(e.after, e.after_by, states, of_event)
         results.append(self._conditions(transition.choices))
-        dense = ca.cse([ca.densify(r) for r in results])
-        return ca.Function(f"event_{i}_{j}", [self.x, self.z, self.c, self._timed], dense)
+        return self._function(f"event_{i}_{j}", results, self._timed)
 
     def _limit(self, i: int, j: int, reset: Reset) -> ca.Function:
         # What comes before the limit moves it with the events that accumulate: dσ is theirs.
