@@ -19,6 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from painleve_sym.cache import (
     PREFIX,
@@ -93,6 +94,12 @@ class Compiler:
         return shlex.join(self.command)
 
 
+def _answer(command: Sequence[str], **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a program to its end, and return what it says."""
+    pipes: Any = {"stdin": subprocess.DEVNULL, "capture_output": True}
+    return subprocess.run(command, text=True, errors="replace", **pipes, **options)
+
+
 @functools.lru_cache(maxsize=1)
 def _processor() -> str:
     try:
@@ -103,9 +110,7 @@ def _processor() -> str:
     try:
         # macOS.
         command = ["sysctl", "-n", "machdep.cpu.brand_string"]
-        return subprocess.run(
-            command, capture_output=True, text=True, timeout=30, check=True
-        ).stdout.strip()
+        return _answer(command, timeout=30, check=True).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return platform.processor()
 
@@ -123,7 +128,6 @@ def _candidates() -> list[tuple[str, ...]]:
 
 
 def _zig_program() -> Path | None:
-    """Return the program of the package ziglang, or None where that is not installed."""
     package = importlib.util.find_spec("ziglang") if sys.executable else None
     places = (package and package.submodule_search_locations) or ()
     return next((Path(place, "zig") for place in places), None)
@@ -133,15 +137,7 @@ def _zig_program() -> Path | None:
 def _version(command: tuple[str, ...]) -> str | None:
     """Return the first line of what a compiler says of its version, or None where it says none."""
     try:
-        answer = subprocess.run(
-            [*command, "--version"],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=30,
-            check=True,
-        )
+        answer = _answer([*command, "--version"], timeout=30, check=True)
     except (OSError, ValueError, subprocess.SubprocessError):
         return None
     return answer.stdout.splitlines()[0] if answer.stdout else command[0]
@@ -337,15 +333,7 @@ def _run(compiler: Compiler, target: Path, *arguments: str | Path) -> None:
     level = flags()[len(FLAGS) :]
     command = [*compiler.command, *FLAGS, "-o", *map(str, (target, *arguments)), *level]
     try:
-        answer = subprocess.run(
-            command,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            check=False,
-            env=environment(target.parent),
-        )
+        answer = _answer(command, env=environment(target.parent))
     except OSError as error:
         raise CompileError(f"compiler {compiler} cannot be run: {error.strerror}") from error
     if answer.returncode != 0:
