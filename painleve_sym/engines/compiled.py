@@ -124,15 +124,11 @@ class CompiledEngine:
         led to, nothing is derived, and the engine knows the automaton's outline alone. NoRecurrence
         as for `code_of`.
         """
-        mark = compiler_mark()
-        key = entry_key(f"engine {cls.name}\n{mark}", builder, by=ENGINE) if mark else None
         engine = cls.__new__(cls)
-        entry = read_entry(key) if key else None
-        library = library_named(entry["library"]) if entry else None
-        if entry and library:
-            engine._open(
-                of_plain(Outline, entry["outline"]), library, partial(cls._lanes_of, builder)
-            )
+        key, entry, library = _library_entry(f"engine {cls.name}", builder)
+        if library:
+            outline = of_plain(Outline, entry["outline"])
+            engine._open(outline, library, partial(cls._lanes_of, builder))
             return engine
         code = cls.code_of(builder)
         with progress(f"compiling {builder.title}"):
@@ -180,11 +176,7 @@ class CompiledEngine:
     @classmethod
     def _lanes_of(cls, builder: AutomatonBuilder, code: EngineCode | None = None) -> Path:
         """Return the library with lanes of what `builder` derives, from the cache where it is."""
-        mark = compiler_mark()
-        title = f"lanes of engine {cls.name}\n{mark}"
-        key = entry_key(title, builder, by=ENGINE) if mark else None
-        entry = read_entry(key) if key else None
-        library = library_named(entry["library"]) if entry else None
+        key, _, library = _library_entry(f"lanes of engine {cls.name}", builder)
         if library is None:
             code = code or cls.code_of(builder)
             with progress(f"compiling {builder.title} for batches"):
@@ -205,7 +197,9 @@ class CompiledEngine:
         self._lanes_lock = threading.Lock()
         self._batch: Any = None
         self.outline = outline
-        self._nx, self._nz, self._nc, self._no = sizes or _plain_sizes(outline)
+        of_state = len(outline.state_names), len(outline.memory_names)
+        plain = (*of_state, len(outline.constant_names), len(outline.output_names))
+        self._nx, self._nz, self._nc, self._no = sizes or plain
         self._options = _options_structure(self._nx, max(1, len(outline.kinds)))
         self._library = ctypes.CDLL(str(library))
         self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
@@ -235,14 +229,12 @@ class CompiledEngine:
 
     def _batch_of(self, lanes: int) -> Any:
         """Return the C function of a batch; with lanes, that of a library compiled for them."""
-        if lanes == 1:
-            return self._prepared(self._library.ps_batch)
-        with self._lanes_lock:
-            if self._batch is None:
-                self._batch = ctypes.CDLL(str(self._lanes_library())).ps_batch
-        return self._prepared(self._batch)
-
-    def _prepared(self, batch: Any) -> Any:
+        batch = self._library.ps_batch
+        if lanes > 1:
+            with self._lanes_lock:
+                if self._batch is None:
+                    self._batch = ctypes.CDLL(str(self._lanes_library())).ps_batch
+            batch = self._batch
         batch.restype = ctypes.c_long
         batch.argtypes = (
             ctypes.POINTER(Given),
@@ -397,9 +389,12 @@ class CompiledEngine:
         return np.frombuffer(rows).reshape(n, self._no)
 
 
-def _plain_sizes(outline: Outline) -> tuple[int, int, int, int]:
-    names = (outline.state_names, outline.memory_names, outline.constant_names)
-    return len(names[0]), len(names[1]), len(names[2]), len(outline.output_names)
+def _library_entry(title: str, builder: AutomatonBuilder) -> tuple[str | None, Any, Path | None]:
+    """Return name and content of an entry that names a library, and that where it is there."""
+    mark = compiler_mark()
+    key = entry_key(f"{title}\n{mark}", builder, by=ENGINE) if mark else None
+    entry = read_entry(key) if key else None
+    return key, entry, library_named(entry["library"]) if entry else None
 
 
 def _bytes(values: Array) -> bytes:

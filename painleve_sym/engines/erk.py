@@ -430,7 +430,6 @@ class ErkEngine:
         self._lock = threading.RLock()
 
     def _call(self, name: str, *arguments: Array) -> list[Array]:
-        """Return the results of the function of that name."""
         if name not in self._calls:
             self._calls[name] = Call(getattr(self.functions, name))
         return self._calls[name](*arguments)
