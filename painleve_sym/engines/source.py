@@ -14,7 +14,7 @@ from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.c_texts import engine_texts, initializer
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
-from painleve_sym.engines.runge_kutta.coefficients import dop853
+from painleve_sym.engines.runge_kutta.coefficients import DENSE_STAGES, dop853
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 from painleve_sym.hybrid.variants import known_memory
@@ -90,7 +90,7 @@ def _coefficients() -> str:
     rows |= {f"D_{i}": row for i, row in enumerate(method.dense_weights)}
     sums = {n: " + ".join(f"{w!r} * k[{j}][i]" for j, w in r.items()) for n, r in rows.items()}
     weights = [f"#define PS_{name} ({text})" for name, text in sums.items()]
-    ends = ["#define PS_STAGES 16", "#define PS_STEPPER double h_last, err_last;", ""]
+    ends = [f"#define PS_STAGES {DENSE_STAGES}", "#define PS_STEPPER double h_last, err_last;", ""]
     return "\n".join([*weights, *ends])
 
 

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
-from painleve_sym.engines.taylor.tape import FLAT, PAIRS, Combination, Node, Tape
+from painleve_sym.engines.taylor.tape import FLAT, Combination, Tape
 
 WIDTH = 4
 """Products side by side: doubles in a vector."""
@@ -84,28 +84,21 @@ _LANES = _Kind(
 )
 
 
-def _products(i: int, node: Node, pair: int) -> tuple[tuple[str, str], ...]:
-    """Left and right factors of the sums over lower orders of node i; d marks a slope."""
-    a = [f"c{n}" for n in node.args]
-    d = [f"d{n}" for n in node.args]
-    own = f"c{i}"
-    table: dict[str, tuple[tuple[str, str], ...]] = {
-        "mul": ((a[0], a[-1]),) if a else (),
-        "sq": ((a[0], a[0]),) if a else (),
-        "div": ((a[-1], own),) if a else (),
-        "inv": ((a[0], own),) if a else (),
-        "sqrt": ((own, own),),
-        "pow": ((d[0], own), (a[0], own)) if a else (),
-        "exp": ((d[0], own),) if a else (),
-        "log": ((f"d{i}", a[0]),) if a else (),
-    }
-    if node.op == "sech2":
-        return ((f"c{pair}", f"c{pair}"),)
-    if node.op in PAIRS:
-        return ((d[0], f"c{pair}"),)
-    if node.op == "atan2":
-        return ((d[0], a[1]), (d[1], a[0]), (f"d{i}", a[2]))
-    return table.get(node.op, ())
+_PRODUCTS: dict[str, tuple[tuple[str, str], ...]] = {
+    "mul": (("{c0}", "{c1}"),),
+    "sq": (("{c0}", "{c0}"),),
+    "div": (("{c1}", "{c}"),),
+    "inv": (("{c0}", "{c}"),),
+    "sqrt": (("{c}", "{c}"),),
+    "pow": (("{d0}", "{c}"), ("{c0}", "{c}")),
+    "exp": (("{d0}", "{c}"),),
+    "log": (("{d}", "{c0}"),),
+    **dict.fromkeys(("sin", "cos", "sinh", "cosh", "tanh"), (("{d0}", "{cpair}"),)),
+    "sech2": (("{cpair}", "{cpair}"),),
+    "atan2": (("{d0}", "{c1}"), ("{d1}", "{c0}"), ("{d}", "{c2}")),
+}
+"""Left and right factors of the sums over lower orders of a node, named as in `_EACH`; {c} and {d}
+are its own."""
 
 
 def _proportional(a: Combination, b: Combination) -> bool:
@@ -144,7 +137,7 @@ class SeriesCode:
         self._ramps = {n: next_column + len(kept) + i for i, n in enumerate(ramps)}
         self.columns = next_column + len(kept) + len(ramps)
         self._pairs = {i: tape.pair(i) for i in self._live}
-        products = {i: _products(i, tape.nodes[i], self._pairs[i]) for i in self._live}
+        products = {i: self._factors(i) for i in self._live}
         # Equal left factors side by side are one number spread over a vector.
         order = sorted((p[0], i, k) for i, ps in products.items() for k, p in enumerate(ps))
         self._products = [products[i][k] for _, i, k in order]
@@ -156,6 +149,17 @@ class SeriesCode:
         self._slopes = {int(f[1:]) for f in factors if f[0] == "d"}
         self.text, self.guards_text = self._function(), self._guards(_ONE)
         self.lanes_text = self._lanes_function() + self._guards(_LANES)
+
+    def _factors(self, i: int) -> list[tuple[str, str]]:
+        names = {"c": f"c{i}", "d": f"d{i}", **self._names(i)}
+        pairs = _PRODUCTS.get(self.tape.nodes[i].op, ())
+        return [(left.format(**names), right.format(**names)) for left, right in pairs]
+
+    def _names(self, i: int) -> dict[str, str]:
+        """Return the variables of C that stand for arguments and partner of a node."""
+        args, pair = self.tape.nodes[i].args, self._pairs[i]
+        names = {f"{c}{j}": f"{c}{n}" for c in "cdo" for j, n in enumerate(args)}
+        return names | {"pair": f"o{pair}", "cpair": f"c{pair}"}
 
     def row(self, node: int) -> int:
         """Return the column of the series of a node of the tape's `others`, or of a state."""
@@ -384,14 +388,12 @@ class SeriesCode:
         elif node.inner is not None:
             value = self.sum(node.inner, "c{}", kind)
         else:
-            names = {f"{c}{j}": f"{c}{n}" for c in "cdo" for j, n in enumerate(node.args)}
+            names = self._names(i)
             for j in range(3):
                 place = self._places.get((i, j))
                 if place is not None:
                     names[f"s{j}"] = sums[place]
             rule = _EACH[node.op].replace("PS_FMA", kind.fma)
-            pair = self._pairs[i]
-            names |= {"pair": f"o{pair}", "cpair": f"c{pair}"}
             value = rule.format(i=i, o=f"o{i}", **names)
         if node.op == "ramp":
             column = f"v[k][{self._columns[i]}]"

@@ -47,7 +47,6 @@ ONE, ZERO = Scalar(1.0), Scalar(0.0)
 
 
 def _together(first: Factors, second: Factors) -> Factors:
-    """Return the factors of a product."""
     if not first or not second:
         return first or second
     powers = dict(first)

@@ -341,9 +341,12 @@ _NAMES: dict[int, str] = {
 def _operate(tape: Tape, op: int, args: list[Combination]) -> Combination:
     rule = _RULES.get(op)
     if all(a.is_scalar for a in args):
-        if op in _MONOMIAL and rule is not None and _defined(op, args):
+        infinite = op in (ca.OP_DIV, ca.OP_INV) and args[-1].constant.is_zero
+        if op in _MONOMIAL and rule is not None and not infinite:
             return rule(tape, *args)
-        return Combination(tape.scalars.of(_evaluate(tape, op, args)))
+        values: list[Any] = [tape.scalars.expression(a.constant) for a in args]
+        kind: Any = ca.SX.unary if len(values) == 1 else ca.SX.binary
+        return Combination(tape.scalars.of(kind(op, *values)))
     if rule is None:
         raise NoRecurrence(_NAMES.get(op, str(op)))
     return rule(tape, *args)
@@ -353,14 +356,3 @@ _MONOMIAL = {
     ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_MUL, ca.OP_SQ, ca.OP_DIV,
     ca.OP_INV,
 }  # fmt: skip
-
-
-def _defined(op: int, args: list[Combination]) -> bool:
-    return op not in (ca.OP_DIV, ca.OP_INV) or not args[-1].constant.is_zero
-
-
-def _evaluate(tape: Tape, op: int, args: list[Combination]) -> ca.SX:
-    values: list[Any] = [tape.scalars.expression(a.constant) for a in args]
-    kind: Any = ca.SX.unary if len(values) == 1 else ca.SX.binary
-    result: ca.SX = kind(op, *values)
-    return result
