@@ -110,7 +110,6 @@ def export_c(
     prefix = _checked_name(c_name(own) if name is None else name, name is None)
     if t_end is None:
         t_end = T_END["rigid" if simulator.rigid else "compliant"]
-    limits = {"max_steps": (max_steps, MAX_STEPS), "max_events": (max_events, MAX_EVENTS)}
     compiler = find_compiler()
     place = simulator.at(state, parameters, law_parameters)
     bounds = {"max_steps": max_steps, "max_events": max_events}
@@ -127,7 +126,7 @@ def export_c(
         t_end=settings.t_end,
         rtol=rtol,
         until=(until,) if isinstance(until, str) else tuple(until),
-        limits={name: own for name, (own, default) in limits.items() if own != default},
+        limits={n: own for n, own in bounds.items() if own != getattr(RunSettings, n)},
         initial_force=force,
         compiler=compiler,
     )

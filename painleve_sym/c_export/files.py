@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence, Sized
+from collections.abc import Iterable, Mapping, Sized
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
@@ -184,13 +184,12 @@ def _header(case: MotionCode) -> str:
         "memory": memory,
         "modes": outline.modes,
         "outputs": outline.output_names,
-        "events": case.outline.kinds,
+        "events": outline.kinds,
         "stops": ENGINE_REASONS,
-        "motion": case.simulator.mechanism.state_names,
+        "motion": mechanism.state_names,
         "contacts": mechanism.outline.contacts,
         "cases": CASES,
     }
-    defined = ", ".join(outline.definition_names) or "here nothing more"
     about = [mechanism.title, *([f"Source: {mechanism.source}"] if mechanism.source else [])]
     about += [f"Domain: {b.margin} > 0 ({b.meaning})." for b in mechanism.outline.domain]
     values = case.shared | {f"{k}_count": len(v) for k, v in counts.items()}
@@ -209,7 +208,7 @@ def _header(case: MotionCode) -> str:
             if outline.parts
             else "",
             "rtol": repr(DEFAULT_RTOL),
-            "constants": defined,
+            "constants": ", ".join(outline.definition_names) or "here nothing more",
             "max_steps": RunOptions.max_steps,
             "max_events": RunOptions.max_events,
         },
@@ -324,6 +323,7 @@ def _enums(case: MotionCode) -> str:
     parameters = [(n, case.declared[n]) for n in outline.parameter_names]
     memory = [(n, described(n)) for n in outline.memory_names]
     outputs = [(n, described(n)) for n in outline.output_names]
+    about_modes = "Modes; slip_neg and slip_pos are slips to the left and to the right"
     ranges = [
         (n, f"{meaning_and_unit(p.unit, p.meaning)}; {p.range_text}; by default {p.default!r}")
         for n, p in parameters
@@ -332,14 +332,9 @@ def _enums(case: MotionCode) -> str:
         ("state", "state", case.states.items(), "States, with their units"),
         ("parameter", "parameter", ranges, "Parameters, with their units"),
         ("memory", "memory", memory, "Memory: constant within a mode, 0 at the start"),
-        (
-            "mode",
-            "mode",
-            [(m.name, "") for m in outline.modes],
-            "Modes; slip_neg and slip_pos are slips to the left and to the right",
-        ),
+        ("mode", "mode", [(m.name, "") for m in outline.modes], about_modes),
         ("output", "output", outputs, "Outputs"),
-        ("event_kind", "event", [(k, k.sentence) for k in case.outline.kinds], "Kinds of events"),
+        ("event_kind", "event", [(k, k.sentence) for k in outline.kinds], "Kinds of events"),
         ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
         ("case", "case", [(c.value, c.sentence) for c in CASES], "Cases of one rigid contact"),
     ]
@@ -353,27 +348,28 @@ def _enums(case: MotionCode) -> str:
 
 
 def _model(case: MotionCode) -> str:
-    outline, modes = case.outline, [m.name for m in case.outline.modes]
+    outline = case.outline
     values = {
         "engine": case.engine,
         "press": "" if initial_force_fault(case.simulator) else _PRESSING.format(name=case.name),
         "max_steps": RunOptions.max_steps,
         "max_events": RunOptions.max_events,
         "start_events": int(case.simulator.start_events),
-        "names": _names(case, outline, modes),
+        "names": _names(case),
         "local_modes": _filled(_LOCAL_MODES, case) if outline.parts else "",
         "copy_contact": _COPY_CONTACT if outline.parts else "",
     }
     return filled("model.c", case.shared | values)
 
 
-def _names(case: MotionCode, outline: Outline, modes: Sequence[str]) -> str:
+def _names(case: MotionCode) -> str:
+    outline = case.outline
     tables = {
         "state_names[%s_STATES]": list(case.states),
         "parameter_names[%s_PARAMETERS]": list(outline.parameter_names),
-        "mode_names[%s_MODES]": modes,
+        "mode_names[%s_MODES]": [m.name for m in outline.modes],
         "output_names[%s_OUTPUTS]": outline.output_names,
-        "event_names[%s_EVENTS]": case.outline.kinds,
+        "event_names[%s_EVENTS]": outline.kinds,
         "stop_names[%s_STOPS]": [r.label for r in ENGINE_REASONS],
         "contact_names[%s_CONTACTS]": [c.name for c in case.simulator.mechanism.outline.contacts],
         "case_names[%s_CASES]": [c.value for c in CASES],
@@ -425,7 +421,6 @@ def _main(case: Case) -> str:
 
 
 def _printing(case: Case) -> dict[str, str]:
-    """Return what prints the modes of all contacts, an event and the end."""
     if not case.outline.parts:
         event, end, modes = _PRINT_EVENT_OF_ONE, _PRINT_END_OF_ONE, ""
     else:
