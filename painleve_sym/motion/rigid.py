@@ -38,7 +38,7 @@ def chatter_at(
 def alternatives(
     simulator: MechanismWithLaws, state: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[str, ...]:
-    """Return all solutions of the contact problem after an event, if there are several."""
+    """Return the names of all solutions of the contact problem after an event; none for one."""
     several = simulator.contact.several
     return (_of_several if several else _of_one)(simulator, state, values)
 
@@ -46,7 +46,6 @@ def alternatives(
 def _of_one(
     simulator: MechanismWithLaws, state: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[str, ...]:
-    """Return the names of several solutions of the only contact; none for less than two."""
     contact = simulator.contact
     try:
         problem = contact_problem(simulator.mechanism, state, values)
@@ -62,7 +61,6 @@ def _of_one(
 def _of_several(
     simulator: MechanismWithLaws, state: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[str, ...]:
-    """Return the names of several solutions of the closed contacts; none for less than two."""
     gaps, rates, slips = np.array([[state[n] for n in r] for r in simulator.contact.rows]).T
     closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
     if len(simulator.rigid) < len(gaps) or not closed:

@@ -298,7 +298,7 @@ class Trajectory(Shown):
         return unit_of(text_of(name, "trajectory: quantity"), self.names.units)
 
     def _locate(self, t: Array) -> Any:
-        start = float(self.step_time[0]) if len(self.step_time) else self.final_time
+        start = float(self.t[0])
         outside = (t < start) | (t > self.final_time) | ~np.isfinite(t)
         if outside.any():
             fault = f"trajectory: time: got {float(t[outside][0])!r}, need"
@@ -373,7 +373,7 @@ class Trajectory(Shown):
     def sample(self, n: int = 1001) -> Array:
         """Return n evenly spaced times from start to end, shape (n,)."""
         whole_number(n, "number of samples", where="trajectory", lower=2, upper=2**31 - 1)
-        start = float(self.step_time[0]) if len(self.step_time) else self.final_time
+        start = float(self.t[0])
         return np.linspace(start, self.final_time, n)
 
     def fine_times(self, per_step: int = 8) -> Array:

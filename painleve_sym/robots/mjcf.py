@@ -35,7 +35,7 @@ from painleve_sym.robots.tree import (
     rotation_quaternion,
     unit_vector,
 )
-from painleve_sym.robots.xml_text import label, number_list, one_number, with_defaults
+from painleve_sym.robots.xml_text import label, number_list, one_number
 
 _KINDS = {"hinge": JointKind.REVOLUTE, "slide": JointKind.PRISMATIC}
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -66,7 +66,8 @@ class _Settings:
                 f"{self.where}: {label(element)}: "
                 + unknown_name("default class", name, [c for c in self.classes if c])
             )
-        return with_defaults(element, self.classes[name].get(element.tag, {}))
+        defaults = self.classes[name].get(element.tag, {})
+        return Element(element.tag, {**defaults, **element.attrib})
 
 
 def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:

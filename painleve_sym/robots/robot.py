@@ -11,12 +11,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import (
-    by_name,
-    checked_number,
-    names_of,
-    number,
-)
+from painleve_sym.checks import by_name, checked_number, names_of, number
 from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_contact import RobotContact
@@ -146,12 +141,10 @@ class Robot:
     ) -> tuple[dict[str, float], Array]:
         """Return values of all joints, and the angles of the base."""
         where, tree = self.where, self.tree
-        named = Pose({})
-        if pose is not None:
-            if pose not in tree.poses:
-                hint = "" if tree.poses else " Fix: name the SRDF file of the robot."
-                raise InputError(f"{where}: {unknown_name('pose', pose, tree.poses)}{hint}")
-            named = tree.poses[pose]
+        if pose is not None and pose not in tree.poses:
+            hint = "" if tree.poses else " Fix: name the SRDF file of the robot."
+            raise InputError(f"{where}: {unknown_name('pose', pose, tree.poses)}{hint}")
+        named = Pose({}) if pose is None else tree.poses[pose]
         values = {name: named.joints.get(name, j.rest) for name, j in tree.joints.items()}
         faults = []
         for name, value in by_name(joints, f"{where}: joints", "{'knee': 0.5}").items():

@@ -11,12 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import (
-    by_name,
-    number,
-    spatial_mobility_faults,
-    whole_number,
-)
+from painleve_sym.checks import by_name, number, spatial_mobility_faults, whole_number
 from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import classify
@@ -404,7 +399,7 @@ class RobotContact:
 
     def _check_mass(self) -> None:
         """Raise where the mass matrix is singular at the pose: W is its rounding then."""
-        names, arguments = self.dynamics.velocities, self.dynamics.outline.argument_names
+        names, arguments = self.dynamics.velocities, self.arguments
         places = [f"M_{i}_{k}" for i in range(len(names)) for k in range(len(names))]
         function = quantities(
             "mass matrix",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -115,8 +115,3 @@ def name_of(element: Element, where: str, key: str = "name") -> str:
     if not name:
         raise InputError(f"{where}: {label(element)} has no {key}.")
     return name
-
-
-def with_defaults(element: Element, defaults: Mapping[str, str]) -> Element:
-    """Return an element whose missing attributes are those of the defaults."""
-    return Element(element.tag, {**defaults, **element.attrib})

@@ -165,10 +165,10 @@ class Directions:
     @cached_property
     def _moved_at_start(self) -> tuple[Array, Any]:
         """The start Jacobian with its dependent rows 0; which entries can be different from 0."""
-        own, names = np.zeros((len(self._state_names), len(self.wrt))), self._state_names
-        for k, name in enumerate(self.wrt):
-            if name in names:
-                own[names.index(name), k] = 1.0
+        own = np.zeros((len(self._state_names), len(self.wrt)))
+        for k, i in enumerate(self._places):
+            if i is not None:
+                own[i, k] = 1.0
         pattern = own != 0
         for row, slopes in self._start_slopes.items():
             own[row] = 0.0
