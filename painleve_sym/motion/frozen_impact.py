@@ -270,11 +270,14 @@ class FrozenImpactSolver:
         A = np.stack([W_nn + p["mu"] * W_nt, p["A_stick"], W_nn - p["mu"] * W_nt])
         rows = np.flatnonzero(active)
         runs = []
+        engine = self.simulator.integrator
+        shared: dict[str, Any] = {"t_end": LONG, "rtol": RTOL, "max_events": MAX_EVENTS}
         for k in map(int, rows):
-            shared: dict[str, Any] = {"atol": RTOL * scales[k], "start_mode": int(begin.mode[k])}
+            shared |= {"atol": RTOL * scales[k], "start_mode": int(begin.mode[k])}
             # Mostly a motion that turns back is held: only where it is not, it is followed on.
             for kinds in ((*until, EventKind.RELOAD), until):
-                run = self._run(begin, parameters, k, until=kinds, **shared)
+                options = RunOptions(until=kinds, record="events", **shared)
+                run = engine.run(begin.states[k], parameters[k], options, begin.memory[k])
                 if not self._goes_on(run, A[:, k]):
                     break
             runs.append(run)
@@ -285,12 +288,6 @@ class FrozenImpactSolver:
         end = np.full(len(active), FrozenEnd.FAILED.value)
         end[rows] = [_unmoved_end(r).value for r in runs]
         return self._read(begin, p, A, row, events, until, end)
-
-    def _run(self, begin: _Begin, parameters: Array, k: int, **shared: Any) -> RawRun:
-        limits: dict[str, Any] = {"t_end": LONG, "rtol": RTOL, "max_events": MAX_EVENTS}
-        options = RunOptions(record="events", **limits, **shared)
-        engine = self.simulator.integrator
-        return engine.run(begin.states[k], parameters[k], options, begin.memory[k])
 
     def _goes_on(self, run: RawRun, A: Array) -> bool:
         """Whether the run ended where the motion turns back, but is not held."""

@@ -110,20 +110,16 @@ class MotionNames:
 class EngineOutputs:
     """Outputs of a motion (forces, gaps, energies), which the engine of the run computes.
 
-    `tapes` returns the outputs of each mode as tapes; it is called where a motion is saved or
+    `portable` returns the outputs of each mode as tapes; it is called where a motion is saved or
     pickled.
     """
 
     engine: Engine
-    tapes: Callable[[], TapeOutputs]
+    portable: Callable[[], TapeOutputs]
 
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the outputs at n points, shape (n, no)."""
         return self.engine.outputs(modes, states, memory, constants)
-
-    def portable(self) -> TapeOutputs:
-        """Return the tapes of the outputs."""
-        return self.tapes()
 
 
 class Film(Protocol):

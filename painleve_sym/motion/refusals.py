@@ -27,7 +27,7 @@ _GUIDE_MEETS = (
 
 def initial_force_fault(simulator: MechanismWithLaws) -> str:
     """Return why no initial force can be given, a sentence; empty where it can."""
-    if len(simulator.contact.rows) > 1:
+    if simulator.contact.several:
         return (
             "initial_force: several contacts share no force. Fix: give the compression of each "
             "by the state."
@@ -114,6 +114,6 @@ def end_detail(simulator: MechanismWithLaws, raw: RawRun) -> str:
     guide = all(c.bilateral for c in outline.contacts)
     if guide and raw.stop_reason is StopReason.SINGULAR:
         return _GUIDE_MEETS
-    if len(simulator.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:
+    if simulator.contact.several and raw.stop_reason is StopReason.JAM:
         return _JAM
     return raw.stop_reason.advice

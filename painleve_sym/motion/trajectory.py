@@ -684,17 +684,10 @@ class Trajectory(Shown):
     def _of_file(cls, text: dict[str, Any], arrays: dict[str, Any]) -> Trajectory:
         states, memory, modes, outputs = (tuple(n) for n in text["names"])
         _check_shapes(arrays, len(states), len(memory), len(modes))
-        time, bend = arrays["step_time"], arrays.get("step_bend")
-        steps = StepRecords(
-            time=time,
-            length=arrays["step_length"],
-            mode=arrays["step_mode"],
-            memory=arrays["step_memory"],
-            polynomial=arrays["step_rows"],
-            bend=np.zeros(len(time)) if bend is None else bend,
-        )
+        bend = arrays.get("step_bend")
+        bend = np.zeros(len(arrays["step_time"])) if bend is None else bend
         record = StoredRecord(
-            steps=steps,
+            steps=StepRecords(*[*(arrays[name] for name in _STEPS), bend]),
             mode_names=modes,
             final_mode=text["final_mode"],
             **{n: of_plain(kind, text.get(n, ())) for n, kind in _FOUND.items()},
@@ -775,7 +768,5 @@ _FOUND = {
 }
 _NAMES = ("mechanism", "law", "choices", "engine", "contacts", "units", "latex")
 _OWN = ("parameters", "rtol", "final_time", "stop_detail", "counters")
-_ARRAYS = (
-    *("step_time", "step_length", "step_mode", "step_memory", "step_rows"),
-    *("final_state", "final_memory", "constants"),
-)
+_STEPS = ("step_time", "step_length", "step_mode", "step_memory", "step_rows")
+_ARRAYS = (*_STEPS, "final_state", "final_memory", "constants")

@@ -16,8 +16,8 @@ from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
-from painleve_sym.robots.rigid_body import RigidBodies
-from painleve_sym.robots.tree import RobotTree
+from painleve_sym.robots.rigid_body import RigidBodies, constant
+from painleve_sym.robots.tree import RobotTree, rpy_rows
 
 BASE = ("base_x", "base_y", "base_z", "base_roll", "base_pitch", "base_yaw")
 """Coordinates of a floating base: place, and angles about the fixed axes x, y, z in turn."""
@@ -154,7 +154,7 @@ class RobotDynamics:
         J, drift = [], []
         for contact in self.contacts:
             body, turned, origin = bodies.place(contact.frame)
-            point = origin + turned @ ca.SX(ca.sparsify(ca.DM(contact.point)))
+            point = origin + turned @ constant(contact.point)
             linear, angular = bodies.jacobian(body, point)
             acceleration, turning = bodies.drift(body, point, velocity, gravity)
             if contact.radius:
@@ -226,12 +226,9 @@ def _base(angles: ca.SX) -> tuple[ca.SX, ca.SX]:
 
     The angular velocity is in the axes of the base.
     """
-    (cr, cp, cy), (sr, sp, sy) = map(ca.vertsplit, (ca.cos(angles), ca.sin(angles)))
-    R = ca.vertcat(
-        ca.horzcat(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        ca.horzcat(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-        ca.horzcat(-sp, cp * sr, cp * cr),
-    )
+    cosines, sines = map(ca.vertsplit, (ca.cos(angles), ca.sin(angles)))
+    R = ca.vertcat(*(ca.horzcat(*row) for row in rpy_rows(cosines, sines)))
+    (cr, cp, _), (sr, sp, _) = cosines, sines
     rates = ca.vertcat(
         ca.horzcat(1, 0, -sp), ca.horzcat(0, cr, sr * cp), ca.horzcat(0, -sr, cr * cp)
     )

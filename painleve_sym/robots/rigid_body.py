@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.robots.tree import Body, Joint, JointKind, RobotTree
+from painleve_sym.robots.tree import Body, Joint, JointKind, RobotTree, cross_matrix
 
 
 class _Inertia(NamedTuple):
@@ -115,7 +115,7 @@ class RigidBodies:
         """Rotation and position of every body in the frame of the base."""
         placed: list[tuple[ca.SX, ca.SX]] = []
         for body in self.tree.bodies:
-            R, p = _constant(body.rotation), _constant(body.position)
+            R, p = constant(body.rotation), constant(body.position)
             if body.parent >= 0:
                 above, origin = placed[body.parent]
                 R, p = above @ R, origin + above @ p
@@ -126,7 +126,7 @@ class RigidBodies:
                 if joint.kind is JointKind.REVOLUTE:
                     R = R @ _turn(joint.axis, value)
                 else:
-                    p = p + R @ (_constant(joint.axis) * value)
+                    p = p + R @ (constant(joint.axis) * value)
             placed.append((R, p))
         return placed
 
@@ -143,7 +143,7 @@ class RigidBodies:
                 moved.append(None)
                 continue
             name, factor = self._leader(body.joint)
-            axis = R @ (_constant(body.joint.axis) * factor)
+            axis = R @ (constant(body.joint.axis) * factor)
             if body.joint.kind is JointKind.REVOLUTE:
                 motion = _Motion(ca.cross(p, axis), axis)
             else:
@@ -235,7 +235,7 @@ class RigidBodies:
         """Return the body of a frame, and rotation and position in the frame of the base."""
         frame = self.tree.frames[name]
         R, p = self.placements[frame.body]
-        return frame.body, R @ _constant(frame.rotation), p + R @ _constant(frame.position)
+        return frame.body, R @ constant(frame.rotation), p + R @ constant(frame.position)
 
     def jacobian(self, body: int, point: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return the Jacobians of a point of a body: velocity and angular velocity.
@@ -263,7 +263,7 @@ class RigidBodies:
         return A.at(point) + gravity + ca.cross(V.angular, V.at(point)), A.angular
 
 
-def _constant(values: Array) -> ca.SX:
+def constant(values: Array) -> ca.SX:
     """Return numbers as a sparse matrix: its zeros take no part in formulas."""
     return ca.SX(ca.sparsify(ca.DM(values)))
 
@@ -271,7 +271,7 @@ def _constant(values: Array) -> ca.SX:
 def _unit(k: int) -> _Motion:
     linear, angular = np.zeros(3), np.zeros(3)
     (linear if k < 3 else angular)[k % 3] = 1.0
-    return _Motion(_constant(linear), _constant(angular))
+    return _Motion(constant(linear), constant(angular))
 
 
 def _turn(axis: Array, angle: ca.SX) -> ca.SX:
@@ -286,16 +286,15 @@ def _turn(axis: Array, angle: ca.SX) -> ca.SX:
         R[i, i] = R[j, j] = c
         R[i, j], R[j, i] = -float(axis[k]) * s, float(axis[k]) * s
         return R
-    x, y, z = axis.tolist()
-    across = _constant(np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]))
-    return c * ca.SX.eye(3) + s * across + (1 - c) * _constant(np.outer(axis, axis))
+    across = constant(cross_matrix(axis))
+    return c * ca.SX.eye(3) + s * across + (1 - c) * constant(np.outer(axis, axis))
 
 
 def _inertia(body: Body, R: ca.SX, p: ca.SX) -> _Inertia:
     if body.mass == 0.0 and not body.inertia.any():
         return _Inertia(ca.SX(1, 1), ca.SX(3, 1), ca.SX(3, 3))
-    center = p + R @ _constant(body.center)
+    center = p + R @ constant(body.center)
     moment = body.mass * center
-    about = R @ _constant(body.inertia) @ R.T
+    about = R @ constant(body.inertia) @ R.T
     about = about + ca.dot(moment, center) * ca.SX.eye(3) - moment @ center.T
     return _Inertia(ca.SX(body.mass), moment, about)

@@ -292,21 +292,30 @@ def joined(parts: Sequence[Solid]) -> Solid:
 
 def rotation_rpy(roll: float, pitch: float, yaw: float) -> Array:
     """Return the rotation about the fixed axes x, y, z in this order, as URDF has it."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
-    rows = [
+    angles = np.array([roll, pitch, yaw])
+    return cleaned(np.array(rpy_rows(np.cos(angles), np.sin(angles))))
+
+
+def rpy_rows(cosines: Sequence[Any] | Array, sines: Sequence[Any] | Array) -> list[list[Any]]:
+    """Return the rows of `rotation_rpy` by cosine and sine of roll, pitch and yaw."""
+    (cr, cp, cy), (sr, sp, sy) = cosines, sines
+    return [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
-    return cleaned(np.array(rows))
 
 
 def rotation_axis(axis: Sequence[float] | Array, angle: float) -> Array:
     """Return the rotation by an angle about a unit vector."""
-    x, y, z = axis
     c, s = math.cos(angle), math.sin(angle)
-    across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return cleaned(c * np.eye(3) + s * across + (1 - c) * np.outer(axis, axis))
+    return cleaned(c * np.eye(3) + s * cross_matrix(axis) + (1 - c) * np.outer(axis, axis))
+
+
+def cross_matrix(axis: Sequence[float] | Array) -> Array:
+    """Return the matrix whose product with a vector is the cross product of the axis with it."""
+    x, y, z = axis
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def rotation_quaternion(quaternion: Sequence[float], where: str) -> Array:

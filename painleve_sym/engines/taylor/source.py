@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import casadi as ca
@@ -139,18 +139,15 @@ def _code(functions: AutomatonFunctions, tape: Tape, name: str) -> _ModeCode:
 
 def _series(codes: list[_ModeCode]) -> dict[str, str]:
     """Return the functions of every mode by name; modes of the same motion share theirs."""
-    texts = [(t, _alone) for c in codes for t in (c.series.text, c.series.guards_text)]
-    texts += [(c.tangents.text, _alone) for c in codes if c.tangents]
-    texts += [(c.series.lanes_text, _in_lanes) for c in codes if not c.tangents]
-    return {
-        m[1]: wrapped(m[0].replace("static", "PS_SHARED", 1))
-        for text, wrapped in texts
-        for m in _FUNCTION.finditer(text)
-    }
+    alone = [text for c in codes for text in (c.series.text, c.series.guards_text)]
+    alone += [c.tangents.text for c in codes if c.tangents]
+    lanes = _functions([c.series.lanes_text for c in codes if not c.tangents])
+    return _functions(alone) | {name: _in_lanes(text) for name, text in lanes.items()}
 
 
-def _alone(text: str) -> str:
-    return text
+def _functions(texts: Sequence[str]) -> dict[str, str]:
+    found = (m for text in texts for m in _FUNCTION.finditer(text))
+    return {m[1]: m[0].replace("static", "PS_SHARED", 1) for m in found}
 
 
 def _in_lanes(text: str) -> str:

@@ -110,18 +110,13 @@ class EventMarks:
             memory[answered, places["shift"].start :] = 0.0
             given = iter(notes)
             every = [next(given, "") if own else "" for own in answered.tolist()]
-        guard, rate, bend, timed = (
-            memory[:, places[name].start] for name in ("guard", "rate", "bend", "timed")
-        )
         return cls(
             time=events.time,
             slopes=events.state_after[:, len(functions.automaton.states) :],
             time_gradient=memory[:, places["time"]],
             shift=memory[:, places["shift"]],
-            guard=guard,
-            rate=rate,
-            bend=bend,
-            timed=timed != 0,
+            **{name: memory[:, places[name].start] for name in ("guard", "rate", "bend")},
+            timed=memory[:, places["timed"].start] != 0,
             notes=tuple(every),
         )
 
