@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import enum
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
@@ -74,6 +75,13 @@ class ModelError(InputError):
     def __reduce__(self) -> tuple[type[ModelError], tuple[str, tuple[str, ...]], dict[str, Any]]:
         # An exception is pickled by its message alone, which is not what makes this one.
         return type(self), (self.where, self.faults), self.__dict__
+
+
+def refuse_faulty(where: str, faults: Iterable[str]) -> None:
+    """Raise ModelError where something has any fault."""
+    every = tuple(faults)
+    if every:
+        raise ModelError(where, every)
 
 
 class TranslationError(PainleveError):
@@ -199,6 +207,18 @@ class StopReason(enum.Enum):
             if member.label == label:
                 return member
         raise InputError(unknown_name("stop reason", label, [m.label for m in cls]))
+
+
+def repeated(names: Iterable[str]) -> list[str]:
+    """Return the names that occur more than once, in alphabetical order."""
+    return sorted(name for name, count in Counter(names).items() if count > 1)
+
+
+def refuse_unknown(kind: str, name: object, known: Iterable[str], where: str = "") -> None:
+    """Raise InputError for a name that is not one of those known; `where` begins the message."""
+    names = list(known)
+    if name not in names:
+        raise InputError(f"{where}: " * bool(where) + unknown_name(kind, name, names))
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.hybrid.signature import Outline
 
 COUNTERS = (
@@ -54,8 +54,7 @@ class BatchOutputs:
     def indices(self, outputs: Sequence[str]) -> list[int]:
         """Return where the watched outputs are among all; InputError for an unknown one."""
         for name in self.watched:
-            if name not in outputs:
-                raise InputError("batch: " + unknown_name("output", name, outputs))
+            refuse_unknown("output", name, outputs, "batch")
         return [outputs.index(name) for name in self.watched]
 
 

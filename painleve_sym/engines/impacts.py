@@ -28,7 +28,7 @@ from painleve_sym.contacts.impact.simultaneous import (
 )
 from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.engines.listening import listening
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import refuse_unknown
 from painleve_sym.laws.restitution import RESTITUTIONS
 
 COURSE, STEP, STRUCK, CLOSED = range(4)
@@ -187,8 +187,7 @@ def solve_simultaneous_impact(
     CompilerMissing
         There is no C compiler.
     """
-    if restitution not in RESTITUTIONS:
-        raise InputError(unknown_name("restitution law", restitution, RESTITUTIONS))
+    refuse_unknown("restitution law", restitution, RESTITUTIONS)
     W, mu, v = (np.ascontiguousarray(a, dtype=float) for a in (W, mu, velocity))
     at = ContactRows(len(mu))
     held = np.zeros(len(mu), dtype=bool) if bilateral is None else np.asarray(bilateral, dtype=bool)

@@ -21,7 +21,7 @@ from painleve_sym.codegen.named_mechanisms import described
 from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import EventRecords
-from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
+from painleve_sym.errors import EventKind, InputError, StopReason, refuse_unknown
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.batch.inputs import RUNS, BatchInputs
@@ -414,8 +414,7 @@ def _impacts(
 
 def _checked(group: str, given: Mapping[str, ArrayLike], names: Sequence[str]) -> dict[str, Array]:
     for name in given:
-        if name not in names:
-            raise InputError(f"impact: {group}: {unknown_name('input', name, names)}")
+        refuse_unknown("input", name, names, f"impact: {group}")
     absent = [name for name in names if name not in given]
     if absent:
         raise InputError(f"impact: {group}: no value of {', '.join(absent)}. Fix: give it.")

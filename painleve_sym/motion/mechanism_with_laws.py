@@ -18,7 +18,7 @@ from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import Engine
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
@@ -82,9 +82,7 @@ class MechanismWithLaws:
             return (self.law,)
         names = [c.name for c in self.mechanism.outline.contacts]
         for name in self.law:
-            if name not in names:
-                message = unknown_name("contact", name, names)
-                raise InputError(f"mechanism {self.mechanism.name!r}: law: {message}")
+            refuse_unknown("contact", name, names, f"mechanism {self.mechanism.name!r}: law")
         for name in names:
             if name not in self.law:
                 raise InputError(

@@ -13,7 +13,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of
 from painleve_sym.contacts.inputs import closed_place
 from painleve_sym.engines.protocol import RawRun, RunOptions, RunSettings
-from painleve_sym.errors import InputError, StopReason, received, unknown_name
+from painleve_sym.errors import InputError, StopReason, received, refuse_unknown, unknown_name
 from painleve_sym.hooks import upper
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.materials import MaterialsLike, two_materials
@@ -277,9 +277,7 @@ class Simulator(MechanismWithLaws):
         asked = type(until) is not tuple or until
         kinds = names_of(until, f"{self.where}: until", "slip_stop") if asked else ()
         for kind in kinds:
-            if kind not in self.outline.kinds:
-                message = unknown_name("event", kind, self.outline.kinds)
-                raise InputError(f"{self.where}: until: {message}")
+            refuse_unknown("event", kind, self.outline.kinds, f"{self.where}: until")
         own: dict[str, Any] = {
             "t_end": float(settings.t_end),
             "rtol": float(settings.rtol),

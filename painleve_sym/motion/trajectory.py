@@ -18,7 +18,14 @@ from painleve_sym.choices import chosen
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.records import StepRecords, dense_values
-from painleve_sym.errors import EventKind, InputError, StopReason, received, unknown_name
+from painleve_sym.errors import (
+    EventKind,
+    InputError,
+    StopReason,
+    received,
+    refuse_unknown,
+    unknown_name,
+)
 from painleve_sym.files import of_plain, plain_fields, to_plain
 from painleve_sym.hooks import upper
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -480,8 +487,7 @@ class Trajectory(Shown):
             outputs = self.outputs(at)
         known = dict(zip(self.state_names, states.T, strict=True)) | outputs
         for name in wanted:
-            if name not in known:
-                raise InputError("trajectory: " + unknown_name("quantity", name, self._every))
+            refuse_unknown("quantity", name, self._every, "trajectory")
         return {"time": at} | {name: known[name] for name in wanted}
 
     def to_dataframe(

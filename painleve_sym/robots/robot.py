@@ -12,7 +12,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, checked_number, names_of, number
-from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.errors import InputError, received, refuse_unknown, unknown_name
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_contact import RobotContact
 from painleve_sym.robots.robot_file import read_robot
@@ -105,8 +105,7 @@ class Robot:
             raise InputError(f"{where}: contact: got {received(frames)}, need different frames.")
         for name in names:
             tree.frame(name, f"{where}: contact")
-        if others not in OTHERS:
-            raise InputError(f"{where}: others: {unknown_name('choice', others, OTHERS)}")
+        refuse_unknown("choice", others, OTHERS, f"{where}: others")
         place = _vector(point, f"{where}: point")
         axis = unit_vector(_vector(normal, f"{where}: normal"), f"{where}: normal")
         size = number(radius, "radius", where=where, lower=0.0)
@@ -114,8 +113,7 @@ class Robot:
         if held_joints == ("all",):
             held_joints = tuple(tree.joints)
         for name in held_joints:
-            if name not in tree.joints:
-                raise InputError(f"{where}: locked: {unknown_name('joint', name, tree.joints)}")
+            refuse_unknown("joint", name, tree.joints, f"{where}: locked")
         if mover := tree.massless(held_joints):
             raise InputError(
                 f"{where}: {'the base' if mover == 'base' else f'joint {mover!r}'} moves links "

@@ -34,7 +34,7 @@ from painleve_sym.contacts.risk import (
     sector_half_angle,
     slip_direction,
 )
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown, unknown_name
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
@@ -226,8 +226,7 @@ class RobotContact:
         ):
             values = by_name(given, f"{where}: {noun}", "{'knee': 0.5}")
             for name in values:
-                if name not in names:
-                    raise InputError(f"{where}: {unknown_name(noun, name, names)}")
+                refuse_unknown(noun, name, names, where)
             named.append({form.format(name): value for name, value in values.items()})
         return named
 

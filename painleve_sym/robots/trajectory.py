@@ -18,7 +18,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.contacts.one_contact_answer import contact as contact_answer
 from painleve_sym.contacts.risk import friction_threshold
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.files import read_text
 from painleve_sym.robots.robot_contact import RobotContact
 
@@ -107,8 +107,7 @@ def read_motion(path: str | Path, contact: RobotContact) -> dict[str, Array]:
     for cell in rows[0]:
         unit = _UNIT.search(cell)
         name = _UNIT.sub("", cell).strip()
-        if name not in units:
-            raise InputError(f"{where}: {unknown_name('column', name, units)}")
+        refuse_unknown("column", name, units, where)
         if unit and unit[1].strip() != units[name]:
             raise InputError(
                 f"{where}: column {name}: got the unit {unit[1]!r}, need {units[name]}."

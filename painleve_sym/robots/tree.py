@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 
 MAX_BODIES = 1000
 """Bodies of a robot: its mass matrix has the square of their number."""
@@ -247,16 +247,14 @@ class RobotTree:
 
     def frame(self, name: str, where: str) -> Frame:
         """Return a frame by its name; InputError names the nearest one."""
-        if name not in self.frames:
-            raise InputError(f"{where}: {unknown_name('frame', name, self.frames)}")
+        refuse_unknown("frame", name, self.frames, where)
         return self.frames[name]
 
     def with_armature(self, armature: Mapping[str, float] | float, where: str) -> RobotTree:
         """Return the robot with other rotor inertias: of all its joints, or by their names."""
         given = dict.fromkeys(self.joints, armature) if isinstance(armature, float) else armature
         for name, value in given.items():
-            if name not in self.joints:
-                raise InputError(f"{where}: {unknown_name('joint', name, self.joints)}")
+            refuse_unknown("joint", name, self.joints, where)
             if not 0 <= value < math.inf:
                 raise InputError(
                     f"{where}: armature of joint {name!r}: got {value:g}, need a finite number "

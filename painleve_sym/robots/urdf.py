@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.robots.tree import (
     MASSLESS,
     MAX_BODIES,
@@ -122,8 +122,7 @@ def _linked(joint: Element, end: str, links: dict[str, Element], where: str) -> 
     if element is None:
         raise InputError(f"{where}: {label(joint)} has no {end}.")
     name = name_of(element, where, "link")
-    if name not in links:
-        raise InputError(f"{where}: {label(joint)}: {unknown_name('link', name, links)}")
+    refuse_unknown("link", name, links, f"{where}: {label(joint)}")
     return name
 
 
@@ -213,8 +212,7 @@ def _mimic(element: Element, joints: dict[str, Element], where: str) -> Mimic | 
     if mimic is None:
         return None
     name = name_of(mimic, where, "joint")
-    if name not in joints:
-        raise InputError(f"{where}: {label(element)}: {unknown_name('joint', name, joints)}")
+    refuse_unknown("joint", name, joints, f"{where}: {label(element)}")
     other = joints[name]
     if other.find("mimic") is not None or other.get("type") not in _KINDS:
         raise InputError(

@@ -15,7 +15,7 @@ from painleve_sym.checks import names_of, text_of
 from painleve_sym.choices import Record
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
@@ -144,8 +144,7 @@ class BatchResult:
             rows = zip(self.rows.mode.tolist(), self.rows.memory, strict=True)
             modes = np.array([mode_name(self.simulator.outline, m, z) for m, z in rows])
             return np.asarray(modes.reshape(self.shape))
-        if name not in self._names:
-            raise InputError("batch result: " + unknown_name("quantity", name, self.names))
+        refuse_unknown("quantity", name, self.names, "batch result")
         array = self._names[name]
         return np.asarray(array.reshape(self.shape + array.shape[1:]))
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.tape import tapes_of_functions
 from painleve_sym.engines.protocol import Engine, RawRun
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown, unknown_name
 from painleve_sym.motion.records import EngineOutputs, EventRecord
 from painleve_sym.motion.run_record import StoredRecord
 from painleve_sym.motion.trajectory import Trajectory
@@ -313,8 +313,7 @@ class SensitiveTrajectory:
     def final_gradient(self, name: str) -> dict[str, float]:
         """Return the derivatives of one state at the end by direction; see `final_jacobian`."""
         names = self.trajectory.state_names
-        if name not in names:
-            raise InputError(unknown_name("state", name, names))
+        refuse_unknown("state", name, names)
         row = self.final_jacobian[names.index(name)]
         return dict(zip(self.wrt, map(float, row), strict=True))
 

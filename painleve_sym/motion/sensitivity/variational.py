@@ -20,7 +20,7 @@ from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSettings
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
-from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
+from painleve_sym.errors import InputError, PainleveWarning, StopReason, refuse_unknown
 from painleve_sym.motion.arguments import INITIAL_FORCE, RunArguments, separated
 from painleve_sym.motion.mechanism_with_laws import Start
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
@@ -132,8 +132,7 @@ class Directions:
         if not self.wrt:
             raise InputError(f"{where}: got no names, need at least one. Fix: name one of {known}.")
         for name in self.wrt:
-            if name not in known:
-                raise InputError(f"{where}: {unknown_name('direction', name, known)}")
+            refuse_unknown("direction", name, known, where)
             if self.wrt.count(name) > 1:
                 raise InputError(f"{where}: got {name!r} twice. Fix: name it once.")
 

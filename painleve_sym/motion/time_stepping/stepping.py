@@ -32,7 +32,7 @@ from painleve_sym.checks import number
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS, Answer, Impulse
 from painleve_sym.units import Value
@@ -94,8 +94,7 @@ class SteppingRun:
 
     def values(self, name: str) -> Array:
         """Return one state by name at all times, shape (k + 1,)."""
-        if name not in self.state_names:
-            raise InputError(unknown_name("state", name, self.state_names))
+        refuse_unknown("state", name, self.state_names)
         return self.states[:, self.state_names.index(name)]
 
 
@@ -113,8 +112,7 @@ class TimeStepper:
     scheme: str = "moreau-jean"
 
     def __post_init__(self) -> None:
-        if self.scheme not in SCHEMES:
-            raise InputError(f"{self.where}: {unknown_name('scheme', self.scheme, SCHEMES)}")
+        refuse_unknown("scheme", self.scheme, SCHEMES, self.where)
         self.mechanism.require_one_contact()
         self.mechanism.require_opening(self.where, "choose another mechanism")
 
@@ -220,8 +218,7 @@ class TimeStepper:
                 f"{self.where}: step: got {step!r}, which takes {t_end / step:.3g} steps, need at "
                 f"most {MAX_STEPS}. Fix: a longer step or an earlier end."
             )
-        if solver not in SOLVERS:
-            raise InputError(f"{self.where}: {unknown_name('solver', solver, SOLVERS)}")
+        refuse_unknown("solver", solver, SOLVERS, self.where)
         if not 0 <= e_newton <= 1:
             raise InputError(f"{self.where}: e_newton: got {e_newton!r}, need 0 <= e_newton <= 1.")
         if self.scheme == "stewart-trinkle" and e_newton > 0:
