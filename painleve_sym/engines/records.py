@@ -116,8 +116,14 @@ class EventRecords:
         """Return the rows that `of` reads, shape (n, width)."""
         head = (self.time, self.mode_before, self.transition, self.mode_after)
         columns = np.column_stack([*head, self.kind, self.contact])
-        before, after = (
-            (self.state_before, self.memory_before),
-            (self.state_after, self.memory_after),
-        )
-        return np.hstack([columns, *before, *after])
+        return np.hstack([columns, *self.before[1:], *self.after[1:]])
+
+    @property
+    def before(self) -> tuple[NDArray[np.int64], Array, Array]:
+        """Modes, states and memories just before, as `Engine.outputs` takes them."""
+        return self.mode_before, self.state_before, self.memory_before
+
+    @property
+    def after(self) -> tuple[NDArray[np.int64], Array, Array]:
+        """The same just after."""
+        return self.mode_after, self.state_after, self.memory_after

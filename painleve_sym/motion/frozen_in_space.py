@@ -213,12 +213,7 @@ class FrozenSpatialSolver:
         passed = u * (1 + steps.bend[every, None] * (u - 1))
         times = (steps.time[every, None] + steps.length[every, None] * passed).ravel()
         # The force is largest at an event, and what falls to 0 at the end does so within rounding.
-        outputs = self.integrator.outputs(
-            events.mode_before,
-            events.state_before,
-            events.memory_before,
-            self.integrator.constants(given),
-        )
+        outputs = self.integrator.outputs(*events.before, self.integrator.constants(given))
         of_events = {name: outputs[:, i] for i, name in enumerate(outline.output_names)}
         velocities = ("gap_rate", "slip_velocity_1", "slip_velocity_2")
         stored = of_events["stored_energy"][-1] if len(events.time) else 0.0

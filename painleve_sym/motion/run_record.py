@@ -123,9 +123,7 @@ class RunRecord:
     def events(self) -> tuple[EventRecord, ...]:
         """The events with all solutions where there are several, and with their impulses."""
         simulator, rows, outline = self.simulator, self.raw.event_records, self.simulator.outline
-        outputs = simulator.integrator.outputs(
-            rows.mode_before, rows.state_before, rows.memory_before, self.constants
-        )
+        outputs = simulator.integrator.outputs(*rows.before, self.constants)
         at = {name: outputs[:, i] for i, name in enumerate(outline.output_names)}
         first, *others = simulator.names.contacts
         # The last entries of the memory are the impulses of the last impact.
@@ -169,14 +167,9 @@ class RunRecord:
         causes = [outline.kinds.index(kind) for kind in GAINING if kind in outline.kinds]
         if not np.isin(rows.kind, causes).any():
             return ()
-        sides = (
-            (rows.mode_before, rows.state_before, rows.memory_before),
-            (rows.mode_after, rows.state_after, rows.memory_after),
-        )
+        outputs = self.simulator.integrator.outputs
         place = outline.output_names.index("kinetic_energy")
-        before, after = (
-            self.simulator.integrator.outputs(*side, self.constants)[:, place] for side in sides
-        )
+        before, after = (outputs(*at, self.constants)[:, place] for at in (rows.before, rows.after))
         return energy_gains(rows, self.events, (before, after), self.simulator.names)
 
     @cached_property

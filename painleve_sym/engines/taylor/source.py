@@ -146,8 +146,8 @@ def _series(codes: list[_ModeCode]) -> dict[str, str]:
 
 
 def _functions(texts: Sequence[str]) -> dict[str, str]:
-    found = (m for text in texts for m in _FUNCTION.finditer(text))
-    return {m[1]: m[0].replace("static", "PS_SHARED", 1) for m in found}
+    matches = (m for text in texts for m in _FUNCTION.finditer(text))
+    return {m[1]: m[0].replace("static", "PS_SHARED", 1) for m in matches}
 
 
 def _in_lanes(text: str) -> str:
