@@ -66,7 +66,6 @@ def _options_structure(nx: int, kinds: int) -> type[Any]:
             ("record", ctypes.c_int),
             ("start_events", ctypes.c_int),
             ("start_mode", ctypes.c_int),
-            ("start_departs", ctypes.c_uint64),
             ("listener", ctypes.c_void_p),
         )
 
@@ -282,7 +281,6 @@ class CompiledEngine:
             h_max=min(o["max_step"], 1e300),
             until=(ctypes.c_ubyte * len(until))(*until),
             record=_RECORD[o["record"]],
-            start_departs=sum(1 << j for j in o["start_departs"]),
         )
 
     def run(

@@ -113,17 +113,17 @@ class _Run:
     def loop(self) -> None:
         """Integrate until there is a reason to stop."""
         # What the start state makes happen at once is its choice of mode, or events where asked.
-        self.enter(self.options.start_departs, visible=self.options.start_events)
+        self.enter(visible=self.options.start_events)
         while self.running():
             self.advance()
 
-    def enter(self, departs: tuple[int, ...], visible: bool) -> None:
+    def enter(self, visible: bool) -> None:
         """Begin at t = 0 in the present state and mode; what must happen at once does."""
         self.t, self.t_event, self.at_once = 0.0, -np.inf, 0
         self.t_end = self.options.t_end - self.t_base
         self.limit: tuple[int, int, float] | None = None
         self.history.clear()
-        self.settle(departs, visible)
+        self.settle((), visible)
         if self.hit and self.reason is None:
             self.reason = StopReason.UNTIL
         self.length = self.options.first_step or self.h_ref
@@ -160,7 +160,7 @@ class _Run:
         elif self.counters["events"] >= o.max_events:
             self.reason = StopReason.EVENT_LIMIT
         else:
-            self.enter((), visible=True)
+            self.enter(visible=True)
         return True
 
     @property

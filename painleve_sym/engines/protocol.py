@@ -114,14 +114,12 @@ class RunOptions(RunSettings):
 
     `start_events` tells whether what the start state makes happen at once is recorded as events (an
     impact), or only chooses the mode. `start_mode` is the index of the mode to start in; -1: chosen
-    from the state. `start_departs` are guards of that mode that are zero at the start and known to
-    become positive.
+    from the state.
     """
 
     until: tuple[str, ...] = ()
     start_events: bool = False
     start_mode: int = -1
-    start_departs: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         self.check()

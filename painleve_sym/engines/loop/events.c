@@ -160,7 +160,7 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
 }
 
 /* Begins at t = 0 in the present state and mode; what must happen at once does. */
-static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) {
+static void enter(ps_run *s, const ps_options *o, int visible) {
   s->t = 0;
   s->t_end = o->t_end - s->t_base;
   s->t_event = -HUGE_VAL;
@@ -175,7 +175,7 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   s->stop_transition = -1;
   memset(s->history, 0, sizeof s->history);
   prepare(s, o);
-  settle(s, o, departs, visible);
+  settle(s, o, 0, visible);
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
   s->h = o->h0 > 0 ? o->h0 : PS_START * s->h_ref;
 }
@@ -187,7 +187,7 @@ static void begin_again(ps_run *s, const ps_options *o) {
   if (s->reason == PS_RUNNING && s->hit) s->reason = PS_UNTIL;
   if (s->reason == PS_RUNNING && !(o->t_end - s->t_base > 0)) s->reason = PS_T_END;
   if (s->reason == PS_RUNNING && s->count.events >= o->max_events) s->reason = PS_EVENT_LIMIT;
-  if (s->reason == PS_RUNNING) enter(s, o, 0, 1);
+  if (s->reason == PS_RUNNING) enter(s, o, 1);
 }
 
 /* Continues from the limit of events that accumulate, where the last of them says how and has come

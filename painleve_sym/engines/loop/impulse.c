@@ -214,10 +214,8 @@ static void weigh(ps_path *path) {
 static void rates_of(const ps_path *path, const double *push, double *rates) {
   const int rows = PS_SIZE(path->n);
   for (int i = 0; i < rows; i++) {
-    double terms = 0;
-    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(push[j]);
     rates[i] = dot(rows, path->W[i], push);
-    if (fabs(rates[i]) <= PS_RATE_ROUNDING * terms) rates[i] = 0;
+    if (fabs(rates[i]) <= PS_RATE_ROUNDING * terms_of(rows, path->W[i], push)) rates[i] = 0;
   }
 }
 
@@ -249,11 +247,8 @@ static double missed_by(const ps_path *path, const ps_piece *const *taken, const
   const int n = path->n, rows = PS_SIZE(n);
   double worst = -HUGE_VAL, share[PS_ROWS], size = 0;
   for (int i = 0; i < n; i++) size = PS_MAX(size, path->mu[i]);
-  for (int i = 0; i < rows; i++) {
-    double terms = 0;
-    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(push[j]);
-    share[i] = ratio(dot(rows, path->W[i], push), terms);
-  }
+  for (int i = 0; i < rows; i++)
+    share[i] = ratio(dot(rows, path->W[i], push), terms_of(rows, path->W[i], push));
   for (int i = 0; i < n; i++) {
     double normal = push[PS_N(i)], force = path->held[i] ? fabs(normal) : normal;
     double beyond = fabs(push[PS_T(i, 0)]) - path->mu[i] * force;

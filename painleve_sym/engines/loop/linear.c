@@ -18,6 +18,13 @@ static double dot(int n, const double *a, const double *b) {
   return sum;
 }
 
+/* The sum of the sizes of the terms of `dot`. */
+static double terms_of(int n, const double *a, const double *b) {
+  double sum = 0;
+  for (int i = 0; i < n; i++) sum += fabs(a[i]) * fabs(b[i]);
+  return sum;
+}
+
 /* Makes the rows of `a` orthogonal by plane rotations from the left, which are gathered in `turn`
  * (one-sided Jacobi, Hestenes 1958). The norms of the rows are then the singular values. */
 static void orthogonal_rows(int k, ps_square a, ps_square turn) {

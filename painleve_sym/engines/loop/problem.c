@@ -168,13 +168,8 @@ static void scaled_problem(int n, ps_square W, const double *aim, const double *
 /* Accelerations, and the sum of the sizes of the terms of each. */
 static void accelerations(const ps_problem *p, const double *P, double *a, double *terms) {
   for (int i = 0; i < PS_SIZE(p->n); i++) {
-    double sum = 0, size = 0;
-    for (int j = 0; j < PS_SIZE(p->n); j++) {
-      sum += p->W[i][j] * P[j];
-      size += fabs(p->W[i][j]) * fabs(P[j]);
-    }
-    a[i] = sum + p->aim[i];
-    terms[i] = size + fabs(p->aim[i]);
+    a[i] = dot(PS_SIZE(p->n), p->W[i], P) + p->aim[i];
+    terms[i] = terms_of(PS_SIZE(p->n), p->W[i], P) + fabs(p->aim[i]);
   }
 }
 
@@ -279,15 +274,10 @@ static int is_less(const ps_problem *p, const double *sum, const double *P, cons
 
 /* Whether impulses change a velocity by more than rounding. */
 static int changes_velocity(const ps_problem *p, const double *P) {
+  const int rows = PS_SIZE(p->n);
   int changes = 0;
-  for (int i = 0; i < PS_SIZE(p->n); i++) {
-    double rate = 0, terms = 0;
-    for (int j = 0; j < PS_SIZE(p->n); j++) {
-      rate += p->W[i][j] * P[j];
-      terms += fabs(p->W[i][j]) * fabs(P[j]);
-    }
-    changes |= fabs(rate) > PS_RATE_ROUNDING * terms;
-  }
+  for (int i = 0; i < rows; i++)
+    changes |= fabs(dot(rows, p->W[i], P)) > PS_RATE_ROUNDING * terms_of(rows, p->W[i], P);
   return changes;
 }
 

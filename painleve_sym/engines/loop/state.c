@@ -60,7 +60,6 @@ typedef struct {
   int record; /* 0: end only, 1: events, 2: events and dense steps */
   int start_events;
   int start_mode; /* -1: chosen from the state */
-  ps_bits start_departs;
   /* Hears of impacts, see impulse.c and impact.c, and may add to the state after them; or NULL. */
   void (*listener)(int what, const double *numbers, double *x);
 } ps_options;

@@ -14,6 +14,11 @@ static void watch_event(ps_run *s, int kind) {
   w->count[kind]++;
 }
 
+/* Whether the dense output of each step is asked for. */
+static int wants_dense(const ps_run *s, const ps_options *o) {
+  return o->record == 2 || (s->watch && s->watch->dense);
+}
+
 /* The present state counts too: where no time passed it is the only one. */
 static void watch_now(ps_run *s) {
   ps_watch *w = s->watch;

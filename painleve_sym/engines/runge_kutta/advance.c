@@ -10,10 +10,6 @@ static void prepare(ps_run *s, const ps_options *o) {
   s->h_last = 0;
 }
 
-static int wants_dense(const ps_run *s, const ps_options *o) {
-  return o->record == 2 || (s->watch && s->watch->dense);
-}
-
 static ps_moment inside(ps_run *s, double h, double row[][PS_NX], double u, double *x) {
   ps_moment now = {h * u, h};
   (void)s;

@@ -167,10 +167,6 @@ static void dense_rows(ps_run *s, double h, double *row) {
   }
 }
 
-static int wants_dense(const ps_run *s, const ps_options *o) {
-  return o->record == 2 || (s->watch && s->watch->dense);
-}
-
 static ps_moment inside(ps_run *s, double h, double row[][PS_NX], double u, double *x) {
   ps_moment now = {time_at(s, u * h), h * pace_at(s, u * h)};
   (void)row;
