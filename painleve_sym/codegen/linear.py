@@ -42,9 +42,7 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
     d = list(ease) or [1 / matrix[i][i] for i in range(size)]
     ridge = RIDGE * reduce(add, (matrix[i][i] * d[i] for i in range(size))) + _NOTHING
     scaled = [[matrix[i][j] * d[j] for j in range(size)] for i in range(size)]
-    factor = _factor(
-        [[a + ridge if i == j else a for j, a in enumerate(r)] for i, r in enumerate(scaled)]
-    )
+    factor = _factor(scaled, ridge)
     columns = []
     for k in range(len(right[0])):
         target = [right[i][k] for i in range(size)]
@@ -92,9 +90,7 @@ def solution(
     else:
         whole = ca.SX(1)
         normal = [[_dot(a, b) for b in unit] for a in unit]
-        factor = _factor(
-            [[a + (RIDGE if i == j else 0) for j, a in enumerate(r)] for i, r in enumerate(normal)]
-        )
+        factor = _factor(normal, ca.SX(RIDGE))
         x = [ca.SX(0)] * size
         for _ in range(_REFINEMENTS + 1):
             rest = [t - _dot(row, x) for t, row in zip(target, unit, strict=True)]
@@ -121,9 +117,11 @@ def determinant(matrix: Sequence[Sequence[ca.SX]]) -> ca.SX:
     return minors[tuple(range(size))]
 
 
-def _factor(matrix: list[list[ca.SX]]) -> list[list[ca.SX]]:
-    """Return L (unit lower triangle, below) and U (above) of L U = matrix, in one matrix."""
+def _factor(matrix: list[list[ca.SX]], ridge: ca.SX) -> list[list[ca.SX]]:
+    """Return L (unit lower triangle) and U of L U = matrix + ridge · identity, in one matrix."""
     size, lu = len(matrix), [list(row) for row in matrix]
+    for i in range(size):
+        lu[i][i] = lu[i][i] + ridge
     for j in range(size):
         for i in range(j + 1, size):
             lu[i][j] = lu[i][j] / lu[j][j]

@@ -107,10 +107,8 @@ def spelled_out(kind: _Kind) -> Callable[[_F], _F]:
     usual |= dict.fromkeys(("maxima", "minima", "integrals"), ())
 
     def decorate(function: _F) -> _F:
-        own, named = signature(function), list[Parameter]()
-        for parameter in own.parameters.values():
-            if parameter.kind is not Parameter.VAR_KEYWORD:
-                named.append(parameter)
+        own = signature(function)
+        named = [p for p in own.parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
         for name, annotation in kind.__annotations__.items():
             text = annotation.__forward_arg__.removeprefix("Required[")
             text = text if text == annotation.__forward_arg__ else text.removesuffix("]")

@@ -164,13 +164,12 @@ class CorrectedJumpRule:
         configuration: str,
     ) -> CorrectedJumps:
         parts = _halves(impacts, sets[0]["slip_velocity"] != 0)
-        velocity = {}
-        moved = [
+        first, second = (
             self._moved(c, p["normal_impulse"], p["tangential_impulse"], p["duration"])
             for c, p in zip(sets, parts, strict=True)
-        ]
-        for k, name in enumerate(self.mechanism.outline.velocity_names):
-            velocity[name] = point[name] + moved[0][k] + moved[1][k]
+        )
+        moved = zip(self.mechanism.outline.velocity_names, first, second, strict=True)
+        velocity = {name: point[name] + a + b for name, a, b in moved}
         return CorrectedJumps(impacts, velocity, configuration)
 
     def _carried(

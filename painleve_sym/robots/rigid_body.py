@@ -9,7 +9,7 @@ own axes; they come before those of the joints.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -151,6 +151,13 @@ class RigidBodies:
             moved.append((self._column[name], motion))
         return moved
 
+    def _moving(self, body: int) -> Iterator[tuple[int, _Motion]]:
+        """Yield what moves a body, from its own joint to the base; see `_moved`."""
+        while body >= 0:
+            if (moved := self._moved[body]) is not None:
+                yield moved
+            body = self.tree.bodies[body].parent
+
     @cached_property
     def _composites(self) -> list[_Inertia]:
         """Inertia of each body with all that it carries."""
@@ -178,14 +185,10 @@ class RigidBodies:
             momentum = self._composites[i].momentum(motion)
             # The rotor of a joint that follows turns by its factor as well.
             M[column, column] += motion.dot(momentum) + joint.armature * self._leader(joint)[1] ** 2
-            k = self.tree.bodies[i].parent
-            while k >= 0:
-                if (above := self._moved[k]) is not None:
-                    row, carried = above
-                    # One velocity may move both: that of a joint that the other one follows.
-                    entry = carried.dot(momentum) * (2 if row == column else 1)
-                    M[min(row, column), max(row, column)] += entry
-                k = self.tree.bodies[k].parent
+            for row, carried in self._moving(self.tree.bodies[i].parent):
+                # One velocity may move both: that of a joint that the other one follows.
+                entry = carried.dot(momentum) * (2 if row == column else 1)
+                M[min(row, column), max(row, column)] += entry
             if self.tree.floating:
                 M[:6, column] += ca.vertcat(*momentum)
         return ca.triu2symm(ca.triu(M))
@@ -246,13 +249,9 @@ class RigidBodies:
         for k in range(self.base_size):
             motion = _unit(k)
             linear[:, k], angular[:, k] = motion.at(point), motion.angular
-        k = body
-        while k >= 0:
-            if (moved := self._moved[k]) is not None:
-                column, motion = moved
-                linear[:, column] += motion.at(point)
-                angular[:, column] += motion.angular
-            k = self.tree.bodies[k].parent
+        for column, motion in self._moving(body):
+            linear[:, column] += motion.at(point)
+            angular[:, column] += motion.angular
         return linear, angular
 
     def drift(

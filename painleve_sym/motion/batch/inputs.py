@@ -71,7 +71,7 @@ class BatchInputs:
         declared = simulator.declared.by_name
         values: dict[str, Array] = {n: np.array(0.0) for n in mechanism.state_names}
         values |= {n: np.array(p.default) for n, p in declared.items()}
-        units, faults = simulator.units, []
+        units, faults = simulator.units, list[str | None]()
         for kind, given, known in (
             ("state", states, mechanism.state_names),
             ("parameter", parameters, tuple(declared)),
@@ -84,16 +84,14 @@ class BatchInputs:
                 if kind == "parameter" and fault is None:
                     ends = (float(values[name].min()), float(values[name].max()))
                     fault = next(filter(None, map(declared[name].fault, ends)), None)
-                faults += [fault] if fault else []
+                faults.append(fault)
         if force is not None:
             force, fault = _numbers("initial_force", force, "N")
-            faults += [fault] if fault else []
             if not fault and float(force.min()) < 0:
-                faults.append(f"initial_force: got {float(force.min())!r}, need >= 0.")
-            refused = initial_force_fault(simulator)
-            faults += [refused] if refused else []
-        if faults:
-            raise InputError(f"{where}: " + " ".join(faults))
+                fault = f"initial_force: got {float(force.min())!r}, need >= 0."
+            faults += [fault, initial_force_fault(simulator)]
+        if any(faults):
+            raise InputError(f"{where}: " + " ".join(filter(None, faults)))
         every = (*values.values(), *(() if force is None else (force,)))
         try:
             shape = np.broadcast_shapes(*(a.shape for a in every))
