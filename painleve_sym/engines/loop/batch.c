@@ -16,19 +16,9 @@ typedef struct {
   double *times, *extremes, *integrals, *energy_residual;
 } ps_ends;
 
-/* Which outputs are watched: indices of those with a maximum, a minimum, an integral, in turn. */
-typedef struct {
-  int events, maxima, minima, integrals;
-  const int *of;
-} ps_kept;
-
 static void watch_start(ps_watch *w, const ps_kept *kept, const ps_ends *e, long i) {
   int extremes = kept->maxima + kept->minima;
-  w->events = kept->events;
-  w->maxima = kept->maxima;
-  w->minima = kept->minima;
-  w->integrals = kept->integrals;
-  w->of = kept->of;
+  w->kept = kept;
   w->dense = extremes + kept->integrals > 0;
   w->count = e->counts + i * PS_NKIND;
   w->times = e->times + i * PS_NKIND * kept->events;

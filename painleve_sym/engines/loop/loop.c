@@ -11,12 +11,16 @@ static void choose_start(ps_run *s) {
 
 /* ---- What the caller sees ---- */
 
-PS_EXPORT void ps_constants(const double *p, double *c) {
-  const double *arg[1] = {p};
-  double *res[1] = {c};
+/* Calls a function with work space of its own. */
+static void evaluate(ps_function f, const double **arg, double **res) {
   casadi_int iw[8];
   double w[PS_WORK + 1];
-  PS_CONSTANTS(arg, res, iw, w, 0);
+  f(arg, res, iw, w, 0);
+}
+
+PS_EXPORT void ps_constants(const double *p, double *c) {
+  double *res[1] = {c};
+  evaluate(PS_CONSTANTS, &p, res);
 }
 
 #ifdef PS_PREPARED
@@ -24,22 +28,18 @@ PS_EXPORT void ps_constants(const double *p, double *c) {
  * or 0 for contact laws, definitions and domain. */
 PS_EXPORT void ps_start(const double *p, const double *given, const double *force, double *x,
                         double *admits) {
-  double c[PS_NC], w[PS_WORK + 1];
+  double c[PS_NC], *res[2] = {x, admits};
   const double *arg[3] = {given, force, c};
-  double *res[2] = {x, admits};
-  casadi_int iw[8];
   ps_constants(p, c);
-  PS_PREPARED(arg, res, iw, w, 0);
+  evaluate(PS_PREPARED, arg, res);
 }
 
 /* The scales of the states x, below which only absolute errors count. */
 PS_EXPORT void ps_scales(const double *p, const double *x, double *scales) {
-  double c[PS_NC], w[PS_WORK + 1];
+  double c[PS_NC], *res[1] = {scales};
   const double *arg[2] = {x, c};
-  double *res[1] = {scales};
-  casadi_int iw[8];
   ps_constants(p, c);
-  PS_SCALES(arg, res, iw, w, 0);
+  evaluate(PS_SCALES, arg, res);
 }
 
 /* Both for n rows; a row of `out` holds state, admits and scales in turn. */
@@ -126,24 +126,18 @@ PS_EXPORT void ps_take(ps_run *s, double *steps, double *events) {
 /* Outputs at n points, each with its mode, state and memory; c are constants. */
 PS_EXPORT void ps_outputs(long n, const long *mode, const double *x, const double *z,
                           const double *c, double *out) {
-  casadi_int iw[8];
-  double w[PS_WORK + 1];
   for (long i = 0; i < n; i++) {
     const double *arg[3] = {x + i * PS_NX, z + i * PS_NZ, c};
     double *res[1] = {out + i * PS_NO};
-    PS_MODES[mode[i]].outputs(arg, res, iw, w, 0);
+    evaluate(PS_MODES[mode[i]].outputs, arg, res);
   }
 }
 
 /* Field and guards of one mode at one point, for checks. */
 PS_EXPORT void ps_evaluate(int mode, const double *x, const double *z, const double *c,
                            double *rate, double *g, double *dg) {
-  casadi_int iw[8];
-  double w[PS_WORK + 1];
   const double *arg[3] = {x, z, c};
-  double *res[2] = {rate, NULL};
-  PS_VARIANTS[mode].field(arg, res, iw, w, 0);
-  res[0] = g;
-  res[1] = dg;
-  PS_VARIANTS[mode].guards(arg, res, iw, w, 0);
+  double *rates[1] = {rate}, *res[2] = {g, dg};
+  evaluate(PS_VARIANTS[mode].field, arg, rates);
+  evaluate(PS_VARIANTS[mode].guards, arg, res);
 }

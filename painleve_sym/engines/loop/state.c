@@ -79,10 +79,16 @@ typedef struct {
   double value, time;
 } ps_extreme;
 
+/* Which outputs are watched: indices of those with a maximum, a minimum, an integral, in turn. */
+typedef struct {
+  int events, maxima, minima, integrals;
+  const int *of;
+} ps_kept;
+
 /* What a batch keeps of the row that runs; see watch.c. */
 typedef struct {
-  int events, maxima, minima, integrals, dense;
-  const int *of;
+  const ps_kept *kept;
+  int dense;
   long *count;
   double *times, *integral;
   ps_extreme *extreme;

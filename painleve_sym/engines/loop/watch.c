@@ -10,7 +10,8 @@ static void watch_value(ps_extreme *e, double sign, double value, double t) {
 static void watch_event(ps_run *s, int kind) {
   ps_watch *w = s->watch;
   if (!w) return;
-  if (w->count[kind] < w->events) w->times[kind * w->events + w->count[kind]] = s->t_base + s->t;
+  const int events = w->kept->events;
+  if (w->count[kind] < events) w->times[kind * events + w->count[kind]] = s->t_base + s->t;
   w->count[kind]++;
 }
 
@@ -25,8 +26,9 @@ static void watch_now(ps_run *s) {
   double out[PS_NO], *res[1] = {out};
   if (!w || !w->dense) return;
   call(s, PS_MODES[s->mode].outputs, s->x, res);
-  for (int i = 0; i < w->maxima + w->minima; i++)
-    watch_value(&w->extreme[i], i < w->maxima ? 1 : -1, out[w->of[i]], s->t_base + s->t);
+  const ps_kept *k = w->kept;
+  for (int i = 0; i < k->maxima + k->minima; i++)
+    watch_value(&w->extreme[i], i < k->maxima ? 1 : -1, out[k->of[i]], s->t_base + s->t);
 }
 
 /* Energies and losses at the present state; where an automaton has none, nothing is known. */

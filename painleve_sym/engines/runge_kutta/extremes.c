@@ -83,12 +83,14 @@ static void watch_step(ps_run *s, double h, double row[][PS_NX]) {
   for (int i = 0; i < 5; i++) u[i + 1] = PS_GAUSS_U[i];
   u[6] = 1;
   for (int i = 0; i < 7; i++) at[i] = outputs_at(s, h, row, u[i], out[i]);
-  for (int i = 0; i < w->maxima; i++)
-    watch_extreme(s, &w->extreme[i], 1, w->of[i], h, row, u, at, out);
-  for (int i = w->maxima; i < w->maxima + w->minima; i++)
-    watch_extreme(s, &w->extreme[i], -1, w->of[i], h, row, u, at, out);
-  for (int i = 0; i < w->integrals; i++) {
-    int j = w->of[w->maxima + w->minima + i];
+  const ps_kept *kept = w->kept;
+  const int extremes = kept->maxima + kept->minima;
+  for (int i = 0; i < extremes; i++) {
+    const double sign = i < kept->maxima ? 1 : -1;
+    watch_extreme(s, &w->extreme[i], sign, kept->of[i], h, row, u, at, out);
+  }
+  for (int i = 0; i < kept->integrals; i++) {
+    int j = kept->of[extremes + i];
     double sum = 0;
     for (int k = 0; k < 5; k++) sum += PS_GAUSS_W[k] * at[k + 1].pace * out[k + 1][j];
     w->integral[i] += sum;
