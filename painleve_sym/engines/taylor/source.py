@@ -250,9 +250,11 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         own += [names[f"series_{i}_tangents"]] if codes[i].tangents else []
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
         row += f", {code.guards_of_states}ull"
-        of_ramps = map(code.column, code.ramps), (int(code.guarded(r)) for r in code.ramps)
-        arrays = map(initializer, (*of_ramps, map(code.floor, code.ramps)))
-        lines.append(f"  {{{row}, {len(code.ramps)}, {', '.join(arrays)},")
-        arrays = map(initializer, (map(code.column, code.arguments), code.arguments.values()))
-        lines.append(f"   {len(code.arguments)}, {', '.join(arrays)}}},")
+        ramps = initializer(map(code.column, code.ramps))
+        guarded = initializer(int(code.guarded(r)) for r in code.ramps)
+        floors = initializer(map(code.floor, code.ramps))
+        lines.append(f"  {{{row}, {len(code.ramps)}, {ramps}, {guarded}, {floors},")
+        places = initializer(map(code.column, code.arguments))
+        sides = initializer(code.arguments.values())
+        lines.append(f"   {len(code.arguments)}, {places}, {sides}}},")
     return "\n".join([*lines, "};", ""])
