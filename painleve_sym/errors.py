@@ -203,10 +203,9 @@ class StopReason(enum.Enum):
     @classmethod
     def from_label(cls, label: str) -> StopReason:
         """Return the member whose `label` this is; raise InputError for an unknown one."""
-        for member in cls:
-            if member.label == label:
-                return member
-        raise InputError(unknown_name("stop reason", label, [m.label for m in cls]))
+        by_label = {member.label: member for member in cls}
+        refuse_unknown("stop reason", label, by_label)
+        return by_label[label]
 
 
 def repeated(names: Iterable[str]) -> list[str]:
