@@ -250,12 +250,8 @@ class Delassus:
         """Return the numbers of the contacts at one state, and how impulses move the mechanism."""
         function = self.whole_quantities
         numbers = function.of_vector([values[name] for name in function.arguments])
-        begin, moves = len(numbers) - sum(map(math.prod, self._motion_shapes)), list[Array]()
-        rest = np.array(numbers[begin:])
-        end = 0
-        for shape in self._motion_shapes:
-            end, first = end + math.prod(shape), end
-            moves.append(rest[first:end].reshape(shape))
+        begin = len(numbers) - sum(map(math.prod, self._motion_shapes))
+        moves = _in_shapes(np.array(numbers[begin:]), self._motion_shapes)
         return self._contacts(numbers[:begin], values), MotionNumbers(*moves)
 
     def at_each(self, values: Mapping[str, Any]) -> ContactNumbers:
@@ -268,13 +264,11 @@ class Delassus:
         return contacts, MotionNumbers(*moves)
 
     def _contacts(self, numbers: list[float], values: Mapping[str, float]) -> ContactNumbers:
-        shapes, end, parts = self._contact_shapes, 0, list[Any]()
-        for shape in shapes[:-1]:
-            end, first = end + math.prod(shape), end
-            parts.append(np.array(numbers[first:end]).reshape(shape))
+        *shapes, (n_margins,) = self._contact_shapes
+        begin = len(numbers) - n_margins
         contacts = self.dynamics.outline.contacts
         mu = np.array([float(values[c.friction]) for c in contacts])
-        own: Any = (*parts, numbers[end:], mu)
+        own: Any = (*_in_shapes(np.array(numbers[:begin]), shapes), numbers[begin:], mu)
         return ContactNumbers(*own)
 
     def _at_each(
@@ -282,15 +276,10 @@ class Delassus:
     ) -> tuple[ContactNumbers, list[Array]]:
         """Return the numbers at an array of states, and parts of the shapes `more` after them."""
         outline = self.dynamics.outline
-        shapes = [*self._contact_shapes, *more]
         arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in function.arguments))
-        axes, end, parts = arrays[0].shape, 0, list[Array]()
+        axes, count = arrays[0].shape, len(self._contact_shapes)
         flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
-        rows = function.rows(flat)
-        for shape in shapes:
-            end, first = end + math.prod(shape), end
-            parts.append(rows[first:end].reshape(*shape, *axes))
-        count = len(shapes) - len(more)
+        parts = _in_shapes(function.rows(flat), [*self._contact_shapes, *more], axes)
         mu = [
             np.broadcast_to(np.asarray(values[c.friction], float), axes) for c in outline.contacts
         ]
@@ -370,6 +359,17 @@ class NumericalMechanism(Mechanism):
         self, make: Callable[[], Mechanism], outline: MechanismOutline, definition: str
     ) -> Mechanism:
         return with_fields(self, outline=outline, definition=definition)
+
+
+def _in_shapes(
+    numbers: Array, shapes: Sequence[tuple[int, ...]], axes: tuple[int, ...] = ()
+) -> list[Array]:
+    """Return arrays of these shapes from their entries, one after the other; `axes` end each."""
+    parts, end = list[Array](), 0
+    for shape in shapes:
+        end, first = end + math.prod(shape), end
+        parts.append(numbers[first:end].reshape(*shape, *axes))
+    return parts
 
 
 def _entry_names(names: Sequence[str], shapes: Sequence[tuple[int, ...]]) -> list[str]:
