@@ -19,15 +19,6 @@ def gains(gain: float, energy: float) -> bool:
     return gain > LEAST_GAIN * energy
 
 
-def contact_energy(W: ArrayLike, velocity: ArrayLike) -> float:
-    """Return ½ vᵀ W⁺ v, the least kinetic energy of bodies with these contact velocities; J.
-
-    Shapes are (2 n, 2 n), 1/kg, and (2 n,), m/s.
-    """
-    W, v = np.asarray(W, dtype=float), np.asarray(velocity, dtype=float)
-    return float(v @ np.linalg.pinv(W, rcond=1e-12, hermitian=True) @ v) / 2
-
-
 def gain_notice(
     gain: float, energy: float, law: str, contacts: Sequence[str] = (), time: float | None = None
 ) -> str:
@@ -43,3 +34,15 @@ def gain_notice(
     share = f", {100 * gain / energy:.3g} % of the kinetic energy before it" if energy > 0 else ""
     text = f"{at}the impact{of} adds {gain:.3g} J{share}, by the restitution law {law}."
     return text[0].upper() + text[1:]
+
+
+def least_energy_notice(gain: float, W: ArrayLike, velocity: ArrayLike, law: str) -> str:
+    """Return `gain_notice` by ½ vᵀ W⁺ v, the least kinetic energy with these contact velocities; J.
+
+    Shapes are (2 n, 2 n), 1/kg, and (2 n,), m/s.
+    """
+    if gain <= 0:
+        return ""
+    W, v = np.asarray(W, dtype=float), np.asarray(velocity, dtype=float)
+    energy = float(v @ np.linalg.pinv(W, rcond=1e-12, hermitian=True) @ v) / 2
+    return gain_notice(gain, energy, law)

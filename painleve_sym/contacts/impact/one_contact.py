@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.checks import LARGEST, checked_number, mobility_faults, spatial_mobility_faults
-from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
+from painleve_sym.contacts.impact.energy_gain import least_energy_notice
 from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
 from painleve_sym.contacts.impact.spatial import InvariantDirection, course_in_space, invariant_ones
 from painleve_sym.contacts.impact.within_plane import (
@@ -132,10 +132,8 @@ class Impact:
 
         Its percentage is that of the least kinetic energy with these contact velocities.
         """
-        gain = self.energy_change
-        if gain <= 0:
-            return ""
-        return gain_notice(gain, contact_energy(self.W, self.velocity_before), self.restitution)
+        before = self.velocity_before
+        return least_energy_notice(self.energy_change, self.W, before, self.restitution)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""

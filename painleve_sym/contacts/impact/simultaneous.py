@@ -51,7 +51,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.complementarity.solution_sets import BoolArray
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
+from painleve_sym.contacts.impact.energy_gain import least_energy_notice
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 
 
@@ -210,8 +210,5 @@ class SimultaneousImpact:
 
         Its percentage is that of the least kinetic energy with these contact velocities.
         """
-        path, gain = self.path, self.energy_change
-        if gain <= 0:
-            return ""
-        least = contact_energy(np.ldexp(path.W, path.mass), self.velocities_before)
-        return gain_notice(gain, least, path.restitution)
+        W, before = np.ldexp(self.path.W, self.path.mass), self.velocities_before
+        return least_energy_notice(self.energy_change, W, before, self.path.restitution)
