@@ -31,7 +31,7 @@ from painleve_sym.contacts.risk import (
 from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.errors import InputError
-from painleve_sym.files import finite
+from painleve_sym.files import finite, plain_fields
 
 
 @dataclass(frozen=True)
@@ -134,8 +134,7 @@ class ContactAnswer:
         W, critical = self.problem.W, self.mu_P
         if critical is None or not self.mu > critical:
             return None
-        in_space = len(W) == 3
-        half = sector_half_angle(critical, self.mu) if in_space else 0.0
+        half = sector_half_angle(critical, self.mu) if len(W) == 3 else 0.0
         return Sector(slip_direction(W), half)
 
     @property
@@ -145,13 +144,7 @@ class ContactAnswer:
 
     def coefficient_data(self) -> dict[str, Any]:
         """Return the numbers that do not depend on the solutions as plain data."""
-        return {
-            "A": self.A,
-            "B": self.B,
-            "mu_P": self.mu_P,
-            "sector": None if self.sector is None else vars(self.sector).copy(),
-            "least_over_normals": self.least_over_normals,
-        }
+        return plain_fields(self, "A", "B", "mu_P", "sector", "least_over_normals")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""

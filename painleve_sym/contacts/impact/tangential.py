@@ -16,6 +16,7 @@ from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError
+from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.units import Value
 
@@ -61,11 +62,10 @@ class TangentialImpact:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        names = ("mechanism", "slip", "normal_impulse", "tangential_impulse", "energy_change")
+        impulses = ("normal_impulse", "tangential_impulse", "energy_change")
         return {
             "bilateral": True,
-            **{name: getattr(self, name) for name in names},
-            "case": self.case.value,
+            **plain_fields(self, "mechanism", "slip", *impulses, "case"),
             "before": {"velocity": self.velocity_before},
             "final": {"velocity": self.velocity},
         }
