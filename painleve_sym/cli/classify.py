@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterable, Iterator
 
 from painleve_sym.cli.case import read_case
@@ -19,6 +18,7 @@ from painleve_sym.cli.output import (
 from painleve_sym.cli.run import show_case
 from painleve_sym.contacts.classify import Classification, solution_name
 from painleve_sym.contacts.classify_in_space import SpatialClassification
+from painleve_sym.contacts.risk import slip_angle
 from painleve_sym.contacts.solution import ContactCase, ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
 
@@ -70,7 +70,7 @@ def _show_in_space(classification: SpatialClassification) -> None:
         show("normal acceleration of the contact A F_n + B in slip along an angle from t1 to t2")
         rows = [("B", number(answer.B), "m/s^2", "")]
         if answer.A is not None:
-            along = math.atan2(answer.slip[1] + 0.0, answer.slip[0])
+            along = slip_angle(answer.slip)
             rows.insert(0, ("A", number(answer.A), "1/kg", f"slip along {number(along)} rad"))
         if answer.mu_P is not None:
             rows.append(("mu_P", number(answer.mu_P), "", "A < 0 is possible above"))

@@ -22,7 +22,8 @@ from painleve_sym.cli.output import (
     show_table,
     velocity_table,
 )
-from painleve_sym.contacts.impact.jump import JumpResult, in_each_direction
+from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import plain_fields

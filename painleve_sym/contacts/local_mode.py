@@ -72,6 +72,11 @@ class ContactMode(enum.Enum):
     STICK = "stick"
 
 
+def sign_of(value: float) -> int:
+    """Return -1, 0 or +1."""
+    return int(value > 0) - int(value < 0)
+
+
 def slip_mode(direction: float) -> ContactMode:
     """Return the mode of slip along the sign of `direction`, which is not 0."""
     return ContactMode.SLIP_POS if direction > 0 else ContactMode.SLIP_NEG

@@ -57,8 +57,8 @@ from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
 from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.array_checks import finite_array, mobility_matrix_faults
-from painleve_sym.contacts.local_mode import CONTACT_LIMIT, rounded_difference
-from painleve_sym.contacts.scaled_law import ScaledLaw, sign_of
+from painleve_sym.contacts.local_mode import CONTACT_LIMIT, rounded_difference, sign_of
+from painleve_sym.contacts.scaled_law import ScaledLaw
 from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
 from painleve_sym.errors import InputError
 

@@ -8,6 +8,7 @@ A < 0 for some φ exactly where μ > μ_P = W_nn/|w|.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -40,7 +41,12 @@ def slip_direction(W: Array) -> float:
     W : ndarray, shape (3, 3) or (2, 2)
         Mobility with the rows n, t1, t2, or n, t; 1/kg.
     """
-    first, second = (*W[1:, 0].tolist(), 0.0)[:2]
+    return slip_angle(W[1:, 0].tolist())
+
+
+def slip_angle(direction: Sequence[float]) -> float:
+    """Return the angle of a slip from t1 towards t2, in rad; 0 or π in the plane."""
+    first, second = (*direction, 0.0)[:2]
     return math.atan2(second + 0.0, first)  # no -0.0, whose angle would be -pi
 
 

@@ -24,6 +24,7 @@ from painleve_sym.contacts.local_mode import (
     Vector,
     local_modes,
     power_of_two,
+    sign_of,
     slip_mode,
 )
 from painleve_sym.contacts.solution import ContactSolution
@@ -415,11 +416,6 @@ def _accelerations(W: list[Vector], b: Vector, forces: Vector) -> tuple[Vector, 
 def ratio(part: float, whole: float) -> float:
     """Return part / whole, 0 where there is nothing."""
     return part / whole if whole > 0 else 0.0
-
-
-def sign_of(value: float) -> int:
-    """Return -1, 0 or +1."""
-    return (value > 0) - (value < 0)
 
 
 def _any_holds(choices: list[tuple[int, ...]], possible: Sequence[Sequence[bool]]) -> bool:

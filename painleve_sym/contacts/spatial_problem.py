@@ -36,6 +36,7 @@ from painleve_sym.contacts.friction_set import Disc, FrictionSet
 from painleve_sym.contacts.local_mode import ContactMode, Vector
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.resting_contacts import search, solve_one
+from painleve_sym.contacts.risk import slip_angle
 from painleve_sym.contacts.scaled_law import ROUNDING
 from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
 from painleve_sym.errors import InputError, received
@@ -320,8 +321,7 @@ class SpatialProblem:
                 way = e or self.friction[len(named)].direction(a[tangents].tolist())
                 word = ContactMode.SLIP if way else ContactMode.STICK
             named.append(word)
-            angle = math.atan2((*way, 0.0)[1] + 0.0, way[0]) if word is ContactMode.SLIP else None
-            angles.append(angle)
+            angles.append(slip_angle(way) if word is ContactMode.SLIP else None)
             part = forces[list(own)] + 0.0  # no -0.0
             part.setflags(write=False)
             parts.append(part)

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from painleve_sym.contacts.classify import Classification
 from painleve_sym.contacts.classify_in_space import SpatialClassification
-from painleve_sym.contacts.impact.jump import JumpResult, in_each_direction
+from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.solution import ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
 from painleve_sym.escape import figure_text

@@ -12,7 +12,10 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
+from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.inputs import ROUND_OFF, place_of, refuse_outside, refuse_without_surface
+from painleve_sym.contacts.local_mode import sign_of
+from painleve_sym.contacts.risk import slip_angle
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
@@ -290,13 +293,8 @@ def contact_velocity_at(
 def _slip_of(v_t: Sequence[float]) -> float | None:
     """Return the sign of a slip velocity, in space its angle, None at rest."""
     if len(v_t) == 1:
-        return (v_t[0] > 0) - (v_t[0] < 0)
-    return math.atan2(v_t[1], v_t[0]) if any(v_t) else None
-
-
-def in_each_direction(value: float | tuple[float, float]) -> tuple[float, ...]:
-    """Return a tangential impulse or a slip velocity by tangents: one number or two."""
-    return value if isinstance(value, tuple) else (value,)
+        return sign_of(v_t[0])
+    return slip_angle(v_t) if any(v_t) else None
 
 
 def _solved(
@@ -353,7 +351,7 @@ def _of_impact(
         if len(v_t) == 1:
             phases.append(JumpPhase(*given, v_t[0], v_n))
             continue
-        angle = math.atan2(phase.direction[1], phase.direction[0]) if any(phase.direction) else None
+        angle = slip_angle(phase.direction) if any(phase.direction) else None
         phases.append(JumpPhase(*given, (v_t[0], v_t[1]), v_n, angle))
     return tuple(phases)
 

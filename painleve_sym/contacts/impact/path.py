@@ -64,8 +64,7 @@ class ImpactPhase:
     @property
     def impulse(self) -> tuple[float, ...]:
         """P_n and P_t of this phase, rows in the order of W; N s."""
-        P_t = self.tangential_impulse
-        return (self.normal_impulse, *(P_t if isinstance(P_t, tuple) else (P_t,)))
+        return (self.normal_impulse, *in_each_direction(self.tangential_impulse))
 
 
 class ImpactPath:
@@ -98,7 +97,8 @@ class ImpactPath:
         W_nn, W_nt, W_tt = self.W
         r = -s * self.mu
         mode = ContactMode.SLIP_POS if s > 0 else ContactMode.SLIP_NEG
-        return PathRay(name, mode, float(s), r, _sum(W_nn, r * W_nt), _sum(W_nt, r * W_tt))
+        rates = rounded_sum(W_nn, r * W_nt), rounded_sum(W_nt, r * W_tt)
+        return PathRay(name, mode, float(s), r, *rates)
 
     def _ray_at_rest(self, name: str) -> PathRay:
         W_nn, W_nt, W_tt = self.W
@@ -205,7 +205,14 @@ def binary_exponent(*numbers: float) -> int:
     return math.frexp(max(map(abs, numbers), default=0.0))[1]
 
 
-def _sum(a: float, b: float) -> float:
-    """Return a + b, exactly 0 where it is within the rounding of its terms."""
-    value = a + b
-    return value if abs(value) > ROUND_OFF * (abs(a) + abs(b)) else 0.0
+def rounded_sum(*terms: float) -> float:
+    """Return the sum, exactly 0 where it is within the rounding of its terms."""
+    value = 0.0
+    for term in terms:
+        value += term
+    return value if abs(value) > ROUND_OFF * sum(map(abs, terms)) else 0.0
+
+
+def in_each_direction(value: float | tuple[float, float]) -> tuple[float, ...]:
+    """Return a tangential impulse or a slip velocity by tangents: one number or two."""
+    return value if isinstance(value, tuple) else (value,)

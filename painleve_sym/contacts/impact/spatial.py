@@ -46,14 +46,22 @@ import math
 from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import load
-from painleve_sym.contacts.impact.path import AFTER_STOP, ImpactPhase, binary_exponent
-from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.impact.path import (
+    AFTER_STOP,
+    COINCIDENT,
+    ROUND_OFF,
+    ImpactPhase,
+    binary_exponent,
+    rounded_sum,
+)
+from painleve_sym.contacts.local_mode import ContactMode, sign_of
 from painleve_sym.errors import CompilerMissing, InputError
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
@@ -63,9 +71,8 @@ LAWS = ("energetic", "poisson", "newton")
 NO_IMPACT, ENDED, JAM, UNFINISHED = range(4)
 SLIP, STOPS, STICK, RESUMED = range(4)
 _GOES_ON = -1
-_ROUND_OFF, _COINCIDENT, _TIED = 4 * 2.0**-52, 1e-12, 1e-9
-_LAST_TERM, _STOPPED, _LEAST_RATE, _GROWTH, _PIECES = 1e-17, 1e-30, 1e-3, 16.0, 20000
-_LEAST_CHANGE = 0.05
+_TIED, _LEAST_CHANGE, _PIECES = 1e-9, 0.05, 20000
+_LAST_TERM, _STOPPED, _LEAST_RATE, _GROWTH = 1e-17, 1e-30, 1e-3, 16.0
 _C, _S, _V, _N, _P, _P1, _P2, _E, _T = range(9)
 """Places in a state: direction, slip, v_n; impulses and works since the phase began."""
 _BORDER, _LAW, _RATE, _TURN = range(4)
@@ -106,7 +113,7 @@ def course_in_space(
         name = _PART_NAMES[part] if ray == STOPS else f"{_RAY_NAMES[ray]} {_PARTS[part]}"
         mode = ContactMode.STICK if ray == STICK else ContactMode.SLIP
         # Exactly 0 where it is rounding, so that the angle of a slip along −t1 is π and not −π.
-        c, s = (part if abs(part) > _ROUND_OFF else 0.0 for part in row[-2:])
+        c, s = (part if abs(part) > ROUND_OFF else 0.0 for part in row[-2:])
         phases.append(
             ImpactPhase(name, mode, P_n, (P_1, P_2), tuple(v_after), work_n, work_t, (c, s))
         )
@@ -185,10 +192,9 @@ class _Piece(NamedTuple):
         """Return the state at a place."""
         if x == self.begin:
             return self.origin.copy()
-        if self.limit is None:
-            state: Array = _values(self.series, x)
-        else:
-            state = _values(self.series, x**self.power)
+        y: float = x if self.limit is None else x**self.power
+        state: Array = np.asarray(polyval(y, self.series.T))
+        if self.limit is not None:
             state[_V:_E] *= x
             state[_E:] *= x * x
             state[_E] += self.limit[_N] * state[_P]
@@ -213,7 +219,7 @@ class SpatialPath:
         a1, a2 = (W22 * w1 - W12 * w2) / det, (W11 * w2 - W12 * w1) / det
         self.tie, least = (a1, a2), Wnn - w1 * a1 - w2 * a2
         # With W of rank two, v_n = offset + a·v_t all along.
-        self.singular = least * det <= _COINCIDENT * Wnn * W11 * W22
+        self.singular = least * det <= COINCIDENT * Wnn * W11 * W22
         self.offset = v_n - a1 * v_1 - a2 * v_2
         if abs(self.offset) <= _TIED * (abs(v_n) + abs(a1 * v_1) + abs(a2 * v_2)):
             self.offset = 0.0
@@ -232,16 +238,16 @@ class SpatialPath:
         (w1, w2), (W11, W12, W22), mu = self.w, self.Wtt, self.mu
         f1, f2 = w1 - mu * (W11 * c + W12 * s), w2 - mu * (W12 * c + W22 * s)
         h = c * f2 - s * f1
-        A = _sum(self.Wnn, -mu * w1 * c, -mu * w2 * s)
-        return A, c * f1 + s * f2, h if abs(h) > _ROUND_OFF * self.size else 0.0
+        A = rounded_sum(self.Wnn, -mu * w1 * c, -mu * w2 * s)
+        return A, c * f1 + s * f2, h if abs(h) > ROUND_OFF * self.size else 0.0
 
     def _along_across(self, c: float, s: float) -> tuple[float, float]:
         w1, w2 = self.w
-        return w1 * c + w2 * s, _sum(w2 * c, -w1 * s)
+        return w1 * c + w2 * s, rounded_sum(w2 * c, -w1 * s)
 
     def _tied_along(self, c: float, s: float) -> float:
         """Return dv_n/dv along a direction of slip, where W is of rank two."""
-        return _sum(self.tie[0] * c, self.tie[1] * s)
+        return rounded_sum(self.tie[0] * c, self.tie[1] * s)
 
     def _sense(self, state: Array) -> float:
         """Return a number with the sign of v_n, also where v_n vanishes with the slip."""
@@ -339,7 +345,7 @@ class SpatialPath:
             return None
         powers = np.arange(ORDER + 1)
         for _ in range(50):
-            step = (_values(limit.D, y) - off) / _values((powers * limit.D)[1:], y)
+            step = float((polyval(y, limit.D) - off) / polyval(y, (powers * limit.D)[1:]))
             y -= step
             if abs(step) <= 1e-17 + 1e-16 * abs(y):
                 break
@@ -347,15 +353,15 @@ class SpatialPath:
             return None
         scale = y**powers
         one, two = limit.k + powers * limit.rate, 2 * limit.k + powers * limit.rate
-        v = limit.V * scale * (state[_V] / _values(limit.V, y))
+        v = limit.V * scale * (state[_V] / polyval(y, limit.V))
         c_, s_ = limit.C * scale, limit.S * scale
         u1, u2, vv = (np.convolve(v, of)[: ORDER + 1] for of in (c_, s_, v))
         n = (self.Wnn * v - mu * (w1 * u1 + w2 * u2)) / one
         work = np.convolve(v, n)[: ORDER + 1] / two
         parts = (c_, s_, v, n, v / one, -mu * u1 / one, -mu * u2 / one, work, -mu * vv / two)
         series = np.array(parts)
-        end = state - _values(series, 1.0)
-        end[_E] -= end[_N] * _values(series[_P], 1.0)
+        end = state - polyval(1.0, series.T)
+        end[_E] -= end[_N] * polyval(1.0, series[_P])
         x, k = (0.0 if limit.k < 0.0 else _GROWTH), limit.k
         return _Piece(series, 1.0, x, state.copy(), k, limit.rate / k, end)
 
@@ -432,16 +438,16 @@ class SpatialPath:
                 end, n = border, 0.0
             if k < 0.0 and at[_V] > 0.0:
                 stop = -at[_V] / k
-            sooner, direction = end * (1 - _COINCIDENT), (0.0, 0.0)
+            sooner, direction = end * (1 - COINCIDENT), (0.0, 0.0)
             if kind != STICK:
                 direction = at[_C], at[_S]
-            latest = sooner if self.restitution else end * (1 + _COINCIDENT)
+            latest = sooner if self.restitution else end * (1 + COINCIDENT)
             stops = stop < math.inf and stop <= latest
             if not stops and end == math.inf:
                 return JAM
             P = stop if stops else end
             reached = at[_N] + A * stop if stops and stop < sooner else n
-            v = 0.0 if stops or stop <= end * (1 + _COINCIDENT) else at[_V] + k * P
+            v = 0.0 if stops or stop <= end * (1 + COINCIDENT) else at[_V] + k * P
             at[_P : _P2 + 1] += (P, ratio[0] * P, ratio[1] * P)
             at[_E] += P * (at[_N] + reached) / 2
             at[_T] += P * (ratio[0] * at[_C] + ratio[1] * at[_S]) * (at[_V] + v) / 2
@@ -455,7 +461,7 @@ class SpatialPath:
 
     def _curve(self) -> int:
         """Follow slip that turns, to the end of the impact or to where it stops."""
-        both = self.mu * math.hypot(*self.w) > self.Wnn * (1 - _COINCIDENT)
+        both = self.mu * math.hypot(*self.w) > self.Wnn * (1 - COINCIDENT)
         limit, rate, turn, first, direct = None, 1, 0, self.state[_V], False
         for i in range(_PIECES):
             c, s = self.state[:2]
@@ -464,8 +470,8 @@ class SpatialPath:
                 return self._ray(SLIP, (-self.mu * c, -self.mu * s), A, k)
             if i == 0:
                 limit, (along, across) = self._limit_ahead(h), self._along_across(c, s)
-                turn = _sign(across) or _sign(-along * h)
-                rate = _sign(A) or _sign(-across * h) or 1
+                turn = sign_of(across) or sign_of(-along * h)
+                rate = sign_of(A) or sign_of(-across * h) or 1
             piece = None if direct or limit is None else self._along_limit(limit)
             piece, direct = piece or self._by_time(), False
             to, passes, changes = piece.end, False, False
@@ -538,7 +544,7 @@ class SpatialPath:
         (w1, w2), ratio = self.w, (-self.tie[0], -self.tie[1])
         if math.hypot(*ratio) <= self.mu:
             A = self.Wnn + w1 * ratio[0] + w2 * ratio[1]
-            regular = not self.singular and _COINCIDENT * self.Wnn < A
+            regular = not self.singular and COINCIDENT * self.Wnn < A
             return self._ray(STICK, ratio, A if regular else 0.0, 0.0)
         angle = invariant_angles(self.w, self.Wtt, self.mu)[0]
         c, s = math.cos(angle), math.sin(angle)
@@ -635,29 +641,9 @@ def _zero(f: Callable[[float], tuple[float, float]], a: float, b: float, toleran
     return x
 
 
-def _sum(*terms: float) -> float:
-    """Return the sum, exactly 0 where it is within the rounding of its terms."""
-    value = 0.0
-    for term in terms:
-        value += term
-    return value if abs(value) > _ROUND_OFF * sum(map(abs, terms)) else 0.0
-
-
-def _sign(x: float) -> int:
-    return int(x > 0.0) - int(x < 0.0)
-
-
 def _term(a: Array, b: Array, j: int) -> float:
     """Return term j of the product of two series."""
     return float(a[: j + 1] @ b[j::-1])
-
-
-def _values(series: Array, x: float) -> Any:
-    """Return the sums of series, coefficients along the last axis."""
-    total: Any = series[..., -1]
-    for j in range(series.shape[-1] - 2, -1, -1):
-        total = total * x + series[..., j]
-    return total
 
 
 def _reach(series: Array, first: float) -> float:

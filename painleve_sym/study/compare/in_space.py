@@ -16,8 +16,9 @@ from painleve_sym.contacts.classify_in_space import classified_in_space
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.friction_set import Disc
-from painleve_sym.contacts.impact.jump import JumpResult, contact_velocity_at, in_each_direction
+from painleve_sym.contacts.impact.jump import JumpResult, contact_velocity_at
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.inputs import ROUND_OFF, refuse_outside, refuse_without_surface
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
