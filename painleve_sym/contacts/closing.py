@@ -41,6 +41,7 @@ class Unknown:
 
     Attributes
     ----------
+    mechanism : Mechanism
     contact : int
         Which contact of the mechanism.
     coordinate : str
@@ -51,10 +52,16 @@ class Unknown:
         Whether gap_rate = 0 is solved.
     """
 
+    mechanism: Mechanism
     contact: int
     coordinate: str
     name: str
     is_velocity: bool
+
+    @property
+    def slopes(self) -> Quantities:
+        """Gap, its rate and its derivatives; see `gap_slopes`."""
+        return gap_slopes(self.mechanism, self.contact)
 
 
 def closed_state(
@@ -93,9 +100,9 @@ def closed_state(
     values = dict(state)
     for unknown in unknowns(mechanism, close):
         every = {n: np.array([v]) for n, v in {**values, **parameters}.items()}
-        value = float(_solved(mechanism, unknown, every)[0])
+        value = float(_solved(unknown, every)[0])
         if not math.isfinite(value):
-            raise InputError(_unsolved(mechanism, unknown, {**values, **parameters}))
+            raise InputError(_unsolved(unknown, {**values, **parameters}))
         values[unknown.name] = value
     return values
 
@@ -124,14 +131,14 @@ def closed_states(
     flat = {n: np.ascontiguousarray(a, np.float64).reshape(-1) for n, a in every.items()}
     solved = {}
     for unknown in unknowns(mechanism, close):
-        solved[unknown.name] = flat[unknown.name] = _solved(mechanism, unknown, flat)
+        solved[unknown.name] = flat[unknown.name] = _solved(unknown, flat)
     return {name: array.reshape(shape) for name, array in solved.items()}
 
 
 def unknowns(mechanism: Mechanism, close: str) -> tuple[Unknown, ...]:
     """Return what `close` names, the coordinate first; see `closed_state`."""
     where = f"close {mechanism.name!r}"
-    named = [_unknown(where, mechanism, part) for part in text_of(close, where).split(",")]
+    named = [_unknown(mechanism, where, part) for part in text_of(close, where).split(",")]
     # The normal velocity depends on the coordinate.
     named.sort(key=lambda unknown: unknown.is_velocity)
     kinds = [unknown.is_velocity for unknown in named]
@@ -143,9 +150,10 @@ def unknowns(mechanism: Mechanism, close: str) -> tuple[Unknown, ...]:
     return tuple(named)
 
 
-def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:
+def _unknown(mechanism: Mechanism, where: str, text: str) -> Unknown:
     contact, colon, name = (part.strip() for part in text.rpartition(":"))
-    contacts = [c.name for c in mechanism.outline.contacts]
+    outline = mechanism.outline
+    contacts = [c.name for c in outline.contacts]
     if colon and contact not in contacts:
         raise InputError(f"{where}: {unknown_name('contact', contact, contacts)}")
     if not colon and len(contacts) > 1:
@@ -153,7 +161,6 @@ def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:
             f"{where}: got {text!r}, need CONTACT:COORDINATE, such as {contacts[0]}:{name}: "
             f"there are the contacts {', '.join(contacts)}."
         )
-    outline = mechanism.outline
     coordinates = [c.name for c in outline.coordinates]
     of_velocity = {v.name: v.row for v in outline.velocities}
     movable = [row for row in of_velocity.values() if row in coordinates]
@@ -162,16 +169,15 @@ def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:
     if name not in coordinates and name not in of_velocity:
         raise InputError(f"{where}: {unknown_name('coordinate', name, coordinates)}")
     i = contacts.index(contact) if colon else 0
-    unknown = Unknown(i, of_velocity.get(name, name), name, name in of_velocity)
-    known = gap_slopes(mechanism, i).names
+    unknown = Unknown(mechanism, i, of_velocity.get(name, name), name, name in of_velocity)
     rows = of_velocity if unknown.is_velocity else {name: name for name in movable}
-    dependent = [name for name, row in rows.items() if f"gap_by_{row}" in known]
+    dependent = [name for name, row in rows.items() if f"gap_by_{row}" in unknown.slopes.names]
     if name not in dependent:
-        subject = "gap" if not unknown.is_velocity else "normal velocity"
-        need = ", ".join(dependent)
+        subject = "normal velocity" if unknown.is_velocity else "gap"
+        fix = f"Fix: name one of {', '.join(dependent)}." if dependent else ""
         raise InputError(
             f"{where}: the {subject} of contact {contacts[i]!r} does not depend on {name}. "
-            + (f"Fix: name one of {need}." if dependent else "No coordinate changes it.")
+            f"{fix or 'No coordinate changes it.'}"
         )
     return unknown
 
@@ -257,18 +263,18 @@ def _is_zero(formula: Any) -> bool:
     return all(map(vanishes, at_points)) and sp.expand(formula) == 0
 
 
-def _solved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]) -> Array:
+def _solved(unknown: Unknown, values: Mapping[str, Array]) -> Array:
     """Return the unknown in n states, nan where nothing closes the contact; shape (n,)."""
     if not len(values[unknown.name]):
         return np.zeros(0)
     solve = _closing_velocities if unknown.is_velocity else _closing_coordinates
-    return solve(mechanism, unknown, values)
+    return solve(unknown, values)
 
 
-def _unsolved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, float]) -> str:
+def _unsolved(unknown: Unknown, values: Mapping[str, float]) -> str:
     """Return a sentence on a state in which nothing closes the contact."""
-    where, name = f"close {mechanism.name!r}", unknown.name
-    at = gap_slopes(mechanism, unknown.contact)(values)
+    mechanism, name, at = unknown.mechanism, unknown.name, unknown.slopes(values)
+    where = f"close {mechanism.name!r}"
     if unknown.is_velocity:
         return (
             f"{where}: {name} does not change the normal velocity at this state, which is "
@@ -282,51 +288,45 @@ def _unsolved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, float
     )
 
 
-def _closing_velocities(
-    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]
-) -> Array:
+def _closing_velocities(unknown: Unknown, values: Mapping[str, Array]) -> Array:
     """Return the velocity with gap_rate = 0, which is linear in it."""
-    at = gap_slopes(mechanism, unknown.contact).at(values)
+    at = unknown.slopes.at(values)
     with np.errstate(all="ignore"):
         velocity = values[unknown.name] - at["gap_rate"] / at[f"gap_by_{unknown.coordinate}"]
     return np.where(np.isfinite(velocity), velocity, np.nan)
 
 
-def _closing_coordinates(
-    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]
-) -> Array:
+def _closing_coordinates(unknown: Unknown, values: Mapping[str, Array]) -> Array:
     """Return the nearest value of the coordinate with gap = 0; inside the domain where one is."""
-    numbers, i = Delassus.of(mechanism).at_each(values), unknown.contact
-    at = {"gap": numbers.gap[i], "gap_tolerance": numbers.gap_tolerance[i]}
-    start, near = values[unknown.name], at["gap_tolerance"]
-    roots = _closed_form_roots(mechanism, unknown, values)
+    mechanism, i, name = unknown.mechanism, unknown.contact, unknown.name
+    numbers = Delassus.of(mechanism).at_each(values)
+    start, gap, near = values[name], numbers.gap[i], numbers.gap_tolerance[i]
+    roots = _closed_form_roots(unknown, values)
     if roots is None:
-        return _searched(mechanism, unknown, values, at)
+        return _searched(unknown, values, gap, near)
     away = abs(roots - start)
-    inside = np.stack([_in_domain(mechanism, {**values, unknown.name: row}) for row in roots])
+    inside = np.stack([_in_domain(mechanism, {**values, name: row}) for row in roots])
     choice = np.where(
         inside.any(axis=0), np.where(inside, away, np.inf).argmin(axis=0), away.argmin(axis=0)
     )
     root = np.take_along_axis(roots, choice[None], 0)[0]
-    slopes, name = gap_slopes(mechanism, unknown.contact), unknown.name
+    slopes = unknown.slopes
     at_root = slopes.at({**values, name: root})
     with np.errstate(all="ignore"):
         better = root - at_root["gap"] / at_root[f"gap_by_{unknown.coordinate}"]
     left = [abs(at_root["gap"]), abs(slopes.at({**values, name: better})["gap"])]
     root = np.where(left[1] < left[0], better, root)
     root = np.where(np.fmin(*left) <= near, root, np.nan)
-    return np.where(abs(at["gap"]) <= near, start, root)
+    return np.where(abs(gap) <= near, start, root)
 
 
-def _closed_form_roots(
-    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]
-) -> Array | None:
+def _closed_form_roots(unknown: Unknown, values: Mapping[str, Array]) -> Array | None:
     """Return what may make gap = 0, of angles up to a turn away; shape (k, n).
 
     None where there is no closed form.
     """
     name, start = unknown.name, values[unknown.name]
-    forms = gap_roots(mechanism, unknown.contact)
+    forms = gap_roots(unknown.mechanism, unknown.contact)
     linear = f"root_{name}" in forms.names
     if not linear and f"mean_{name}" not in forms.names:
         return None
@@ -344,9 +344,9 @@ def _closed_form_roots(
     return roots
 
 
-def _gap_of(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]) -> Gap:
+def _gap_of(unknown: Unknown, values: Mapping[str, Array]) -> Gap:
     """Return gap and slope as a function of the states' numbers and the coordinate."""
-    slopes, name = gap_slopes(mechanism, unknown.contact), unknown.name
+    slopes, name = unknown.slopes, unknown.name
     varied = {n for n, v in values.items() if (v != v[0]).any()}
 
     def gap(rows: IntArray, x: Array) -> tuple[Array, Array]:
@@ -357,12 +357,10 @@ def _gap_of(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array])
     return gap
 
 
-def _searched(
-    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array], at: Mapping[str, Array]
-) -> Array:
-    """Return what `_closing_coordinates` does by a search; `at` are the contact's numbers."""
+def _searched(unknown: Unknown, values: Mapping[str, Array], gap: Array, near: Array) -> Array:
+    """Return what `_closing_coordinates` does by a search; `near` is the tolerance of the gap."""
     # Neither velocities nor friction play a part: each other combination is solved once.
-    outline, near = mechanism.outline, at["gap_tolerance"]
+    outline = unknown.mechanism.outline
     idle = {*outline.velocity_names, *(c.friction for c in outline.contacts)}
     columns = [v for n, v in values.items() if n not in idle and n in outline.argument_names]
     varied = [v for v in (*columns, near) if (v != v[0]).any()]
@@ -371,23 +369,21 @@ def _searched(
     else:
         first, back = np.zeros(1, np.intp), np.zeros(len(near), np.intp)
     own = {n: np.asarray(v)[first] for n, v in values.items()}
-    chosen = {n: a[first] for n, a in at.items()}
-    return _nearest_roots(mechanism, unknown, own, chosen)[np.reshape(back, -1)]
+    return _nearest_roots(unknown, own, gap[first], near[first])[np.reshape(back, -1)]
 
 
 def _nearest_roots(
-    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array], at: Mapping[str, Array]
+    unknown: Unknown, values: Mapping[str, Array], at_start: Array, near: Array
 ) -> Array:
     """Return what `_searched` does, for states that differ in more than velocities."""
-    gap, name = _gap_of(mechanism, unknown, values), unknown.name
-    start, near = values[name], at["gap_tolerance"]
-    unit = mechanism.units[name]
-    length = np.maximum(near / CONTACT_TOLERANCE, np.maximum(abs(start), abs(at["gap"])))
+    mechanism, name, gap = unknown.mechanism, unknown.name, _gap_of(unknown, values)
+    start, unit = values[name], mechanism.units[name]
+    length = np.maximum(near / CONTACT_TOLERANCE, np.maximum(abs(start), abs(at_start)))
     reach = np.full(len(start), 2 * math.pi) if unit == "rad" else 4 * length
 
     # A gap that repeats after a turn has no other roots beyond it.
-    last = _EVEN if unit == "rad" and _repeats(gap, start, at["gap"], length) else len(_AWAY) - 1
-    result = np.where(abs(at["gap"]) <= near, start, np.nan)
+    last = _EVEN if unit == "rad" and _repeats(gap, start, at_start, length) else len(_AWAY) - 1
+    result = np.where(abs(at_start) <= near, start, np.nan)
     outside = np.full(len(start), np.nan)
     left, k = np.flatnonzero(np.isnan(result)), 0
     with progress(f"roots of a gap in {name}", len(left), "states") as advance:
@@ -419,12 +415,10 @@ def _repeats(gap: Gap, start: Array, at_start: Array, length: Array) -> bool:
 
 
 def _in_domain(mechanism: Mechanism, values: Mapping[str, Array]) -> NDArray[np.bool_]:
-    n = len(next(iter(values.values())))
-    if not mechanism.outline.domain or not n:
-        return np.full(n, True)
-    inside = np.full(n, True)
-    for margin in domain_margins(mechanism).at(values).values():
-        inside &= margin > 0
+    inside = np.full(len(next(iter(values.values()))), True)
+    if mechanism.outline.domain and len(inside):
+        for margin in domain_margins(mechanism).at(values).values():
+            inside &= margin > 0
     return inside
 
 
