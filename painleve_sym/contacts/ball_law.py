@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.friction_set import FrictionSet
 from painleve_sym.contacts.local_mode import ContactMode, Vector
 from painleve_sym.contacts.scaled_law import DISTINCT, SIGN, ratio
 
@@ -19,8 +20,9 @@ class BallLaw:
     """The laws of all contacts on scaled forces: friction within a ball of radius μ F_n.
 
     All measures are free of units and of the choice of the tangents: forces and accelerations of
-    the tangents count by their length. W, b and μ are scaled to order one; `directions` are the
-    unit vectors of slip, empty at rest, and `rows` the rows of each contact.
+    the tangents count by their length. W, b and μ are scaled to order one, so that μ is not that of
+    `friction`; `ways` are the unit vectors of slip, empty at rest, and `rows` the rows of each
+    contact, the normal one first.
     """
 
     def __init__(
@@ -28,10 +30,12 @@ class BallLaw:
         W: FloatArray,
         b: FloatArray,
         mu: Vector,
-        directions: Sequence[tuple[float, ...]],
+        friction: Sequence[FrictionSet],
+        ways: Sequence[tuple[float, ...]],
         rows: Sequence[tuple[int, ...]],
     ) -> None:
-        self.W, self.b, self.mu, self.ways = W, b, mu, directions
+        self.W, self.b, self.mu = W, b, mu
+        self.friction, self.ways, self.rows = friction, ways, rows
         self.parts = [part for own in rows for part in ([own[0]], list(own[1:]))]
         self.count = len(rows)
         self.at = ContactRows(self.count)  # of the parts: normals, and tangents by their length

@@ -22,8 +22,9 @@ import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.complementarity.solution_sets import RANK, FloatArray
+from painleve_sym.contacts.ball_law import BallLaw
 from painleve_sym.contacts.disc_at_rest import forces_at_rest
-from painleve_sym.contacts.friction_set import Disc, FrictionSet
+from painleve_sym.contacts.friction_set import Disc
 from painleve_sym.contacts.local_mode import ContactMode, Vector
 from painleve_sym.errors import InputError
 
@@ -38,24 +39,16 @@ _CONVERGED = 1e-11  # of the forces; the law's own residual is checked later
 _TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 IntArray = npt.NDArray[np.intp]
-Ways = Sequence[tuple[float, ...]]
-Rows = Sequence[tuple[int, ...]]
 
 
 class _Contact:
     """One contact of the search: its rows, friction, direction of slip, and step lengths."""
 
-    def __init__(
-        self,
-        W: FloatArray,
-        own: tuple[int, ...],
-        mu: float,
-        kind: FrictionSet,
-        way: tuple[float, ...],
-    ) -> None:
-        self.n, self.t, self.mu, self.kind = own[0], list(own[1:]), mu, kind
+    def __init__(self, law: BallLaw, i: int) -> None:
+        W, (self.n, *self.t), way = law.W, law.rows[i], law.ways[i]
+        self.mu, self.kind = law.mu[i], law.friction[i]
         self.way = np.array(way) if way else None
-        if not mu and self.way is None:
+        if not self.mu and self.way is None:
             self.way = np.zeros(len(self.t))  # no friction: no force along the tangents
         block = W[np.ix_(self.t, self.t)]
         stretch = float(np.linalg.norm(block, 2))
@@ -75,35 +68,15 @@ class _Contact:
         return offered
 
 
-def search(
-    W: FloatArray,
-    b: FloatArray,
-    mu: Sequence[float],
-    friction: Sequence[FrictionSet],
-    ways: Ways,
-    rows: Rows,
-) -> list[Vector]:
+def search(law: BallLaw) -> list[Vector]:
     """Return forces to which Newton's method converged, each start's; still to be checked.
-
-    Parameters
-    ----------
-    W, b : ndarray
-        Scaled to order one.
-    mu : sequence of float
-        Friction coefficients of the scaled problem.
-    friction : sequence of FrictionSet
-    ways : sequence of tuple of float
-        Directions of slip, empty at rest.
-    rows : sequence of tuple of int
-        Rows of each contact, the normal one first.
 
     Raises
     ------
     InputError
         For contacts with more than `MAX_STARTS` starts. Fix: ask about fewer contacts.
     """
-    given = zip(rows, mu, friction, ways, strict=True)
-    contacts = [_Contact(W, own, m, kind, way) for own, m, kind, way in given]
+    contacts = [_Contact(law, i) for i in range(law.count)]
     for sides in _SIDES:
         choices = [c.choices(sides) for c in contacts]
         count = math.prod(map(len, choices))
@@ -116,42 +89,33 @@ def search(
             f"of them in space at rest, which make {count} starts, need at most {MAX_STARTS}. "
             "Fix: ask about fewer contacts."
         )
-    starts, pieces = _starts(W, b, contacts, choices)
+    starts, pieces = _starts(law, contacts, choices)
     # The second method continues with the pieces of its start, and reaches solutions that the first
     # one leaves for others.
     ends = [
         force
         for method in (_Projections, _Pieces)
-        for force in _newton(method(W, b, contacts), starts, pieces)
+        for force in _newton(method(law.W, law.b, contacts), starts, pieces)
     ]
-    settled = np.array([_settled(W, b, contacts, force) for force in ends]).reshape(-1, len(b))
+    settled = np.array([_settled(law, contacts, force) for force in ends]).reshape(-1, len(law.b))
     _, first = np.unique(np.round(settled, 10), axis=0, return_index=True)
     return [force.tolist() for force in settled[np.sort(first)]]
 
 
-def solve_one(
-    W: FloatArray,
-    b: FloatArray,
-    mu: Sequence[float],
-    friction: Sequence[FrictionSet],
-    ways: Ways,
-    rows: Rows,
-    resting: int,
-) -> list[tuple[Vector, bool]] | None:
+def solve_one(law: BallLaw, resting: int) -> list[tuple[Vector, bool]] | None:
     """Return the forces of all choices, where one disc rests and the other contacts have pieces.
 
     Each choice of pieces of the others makes their forces follow from those of the disc, and
-    leaves its own problem, with all its solutions. The parameters are those of `search`, `resting`
-    is the disc. Forces still are to be checked; with each whether it is isolated. None where a
-    choice does not determine the other forces, or there are too many choices.
+    leaves its own problem, with all its solutions. `resting` is the disc. Forces still are to be
+    checked; with each whether it is isolated. None where a choice does not determine the other
+    forces, or there are too many choices.
     """
-    given = zip(rows, mu, friction, ways, strict=True)
-    contacts = [_Contact(W, own, m, kind, way) for own, m, kind, way in given]
+    W, b, contacts = law.W, law.b, [_Contact(law, i) for i in range(law.count)]
     others = [c for i, c in enumerate(contacts) if i != resting]
     choices = [c.choices(0) for c in others]
     if math.prod(map(len, choices)) > MAX_STARTS:
         return None
-    own, forces = list(rows[resting]), list[tuple[Vector, bool]]()
+    own, forces = list(law.rows[resting]), list[tuple[Vector, bool]]()
     method = _Pieces(W, b, contacts)
     for chosen in itertools.product(*choices):
         free, vanish = _columns(len(b), others, chosen)
@@ -160,7 +124,7 @@ def solve_one(
             return None
         tied = np.linalg.solve(block, np.column_stack([W[vanish][:, own], b[vanish]]))
         reduced, offset = W[np.ix_(own, own)] - rates @ tied[:, :3], b[own] - rates @ tied[:, 3]
-        for rest in forces_at_rest(reduced.tolist(), offset.tolist(), mu[resting]):
+        for rest in forces_at_rest(reduced.tolist(), offset.tolist(), law.mu[resting]):
             whole = -free @ (tied @ [*rest.force, 1.0])
             whole[own] = rest.force
             pieces = [len(v) for _, v in chosen]
@@ -184,8 +148,7 @@ def _columns(
 
 
 def _starts(
-    W: FloatArray,
-    b: FloatArray,
+    law: BallLaw,
     contacts: Sequence[_Contact],
     choices: Sequence[list[tuple[FloatArray, list[int]]]],
 ) -> tuple[FloatArray, IntArray]:
@@ -195,9 +158,9 @@ def _starts(
     """
     starts, pieces = [], []
     for chosen in itertools.product(*choices):
-        ways, vanish = _columns(len(b), contacts, chosen)
-        block = (W @ ways)[vanish]
-        x = np.linalg.lstsq(block, -b[vanish], rcond=1e-10)[0] if vanish else np.zeros(0)
+        ways, vanish = _columns(len(law.b), contacts, chosen)
+        block = (law.W @ ways)[vanish]
+        x = np.linalg.lstsq(block, -law.b[vanish], rcond=1e-10)[0] if vanish else np.zeros(0)
         starts.append(ways @ x)
         pieces.append([len(rows) for _, rows in chosen])
     return np.array(starts), np.array(pieces)
@@ -333,11 +296,9 @@ def _directions(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     return vectors / np.where(length > 0, length, 1.0), length
 
 
-def _settled(
-    W: FloatArray, b: FloatArray, contacts: Sequence[_Contact], force: FloatArray
-) -> FloatArray:
+def _settled(law: BallLaw, contacts: Sequence[_Contact], force: FloatArray) -> FloatArray:
     """Return a force with zeros where contacts lift off, and on the cone where they slip."""
-    a, settled = W @ force + b, force.copy()
+    a, settled = law.W @ force + law.b, force.copy()
     for c in contacts:
         if force[c.n] - c.r_n * a[c.n] <= 0:
             settled[[c.n, *c.t]] = 0.0

@@ -212,8 +212,7 @@ class SpatialProblem:
         """Forces where one disc rests among several contacts, all of them; None for others."""
         if len(self.resting) != 1:
             return None
-        W, b, mu, _ = self._scaled
-        return solve_one(W, b, mu, self.friction, self.directions, self.rows, *self.resting)
+        return solve_one(self._scaled[0], *self.resting)
 
     @property
     def guarantee(self) -> str:
@@ -224,16 +223,11 @@ class SpatialProblem:
             "Each solution was checked by its residual. Contacts in space at rest have no finite "
             "list of cases: that these are all solutions is not guaranteed."
         )
-        if all(not e for e in self.directions) and float(np.linalg.eigvalsh(self._unit)[0]) > 1e-12:
+        root = np.sqrt(np.where(np.diag(self.W) > 0, np.diag(self.W), 1.0))
+        least = float(np.linalg.eigvalsh(self.W / np.outer(root, root))[0])
+        if not any(self.directions) and least > 1e-12:
             text += " With all contacts at rest and W positive definite there is at least one."
         return text
-
-    @cached_property
-    def _unit(self) -> FloatArray:
-        """W scaled to a diagonal of ones."""
-        root = np.sqrt(np.where(np.diag(self.W) > 0, np.diag(self.W), 1.0))
-        scaled: FloatArray = self.W / np.outer(root, root)
-        return scaled
 
     # ---- solutions ----
 
@@ -250,17 +244,13 @@ class SpatialProblem:
         """
         if not self.resting:
             return tuple(map(self._from_plane, self.plane.solutions()))
-        W, b, mu, _ = self._scaled
+        law, _ = self._scaled
         if len(self.friction) == 1:
-            given = (
-                (r.force, (r.mode,), r.isolated)
-                for r in forces_at_rest(W.tolist(), b.tolist(), *mu)
-            )
-            return self._checked(given)
+            rests = forces_at_rest(law.W.tolist(), law.b.tolist(), *law.mu)
+            return self._checked((r.force, (r.mode,), r.isolated) for r in rests)
         if self._of_one is not None:
             return self._checked(((f, None, alone) for f, alone in self._of_one))
-        ends = search(W, b, mu, self.friction, self.directions, self.rows)
-        return self._checked((force, None, None) for force in ends)
+        return self._checked((force, None, None) for force in search(law))
 
     def case_of(self, solutions: Sequence[SpatialSolution]) -> ContactCase:
         """Classify the problem by its solutions; see `ContactCase`."""
@@ -335,8 +325,8 @@ class SpatialProblem:
     # ---- at rest ----
 
     @cached_property
-    def _scaled(self) -> tuple[FloatArray, FloatArray, Vector, FloatArray]:
-        """W, b and μ scaled to order one by powers of two, and the unit of the scaled forces.
+    def _scaled(self) -> tuple[BallLaw, FloatArray]:
+        """The laws scaled to order one by powers of two, and the unit of the scaled forces.
 
         The tangents of one contact keep one scale, so that a disc stays a disc.
         """
@@ -353,15 +343,15 @@ class SpatialProblem:
             s.mu * float(d[t] / d[n])
             for s, (n, t, *_) in zip(self.friction, self.rows, strict=True)
         ]
-        return self.W / np.outer(d, d), offset / size, mu, size / d
+        contacts = mu, self.friction, self.directions, self.rows
+        return BallLaw(self.W / np.outer(d, d), offset / size, *contacts), size / d
 
     def _checked(
         self,
         given: Iterable[tuple[Vector, Sequence[ContactMode] | None, bool | None]],
     ) -> tuple[SpatialSolution, ...]:
         """Return those scaled forces that solve the problem, each once, by their normal forces."""
-        W, b, mu, unit = self._scaled
-        law = BallLaw(W, b, mu, self.directions, self.rows)
+        law, unit = self._scaled
         kept: list[tuple[Vector, tuple[ContactMode, ...], float, bool | None]] = []
         for forces, modes, isolated in given:
             residual = law.residual(forces)
