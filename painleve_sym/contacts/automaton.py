@@ -10,7 +10,7 @@ against the inequalities of its contact problem and their derivatives along its 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -180,21 +180,21 @@ class PluralContacts(ContactStates):
         """Mobility, free motion, forces and accelerations, as they follow from each other."""
         own, given, size = self._symbols, self.contact_set, self._at.size
         W, F = own["W"], own["F"]
-        pairs = [
-            *zip(own["a"], self.mechanism.system.free_acceleration, strict=True),
-            *zip(own["D"], given.directions, strict=True),
-            *((W[i, j], given.W[i, j]) for i in range(size) for j in range(i, size)),
-            *zip(own["b"], given.b, strict=True),
-        ]
-        pairs += [
-            (F[self._at.normal(i)], c.given_force)
+        laws = (
+            Definition(F[self._at.normal(i)], c.given_force)
             for i, c in enumerate(self.interfaces)
             if c.given_force is not None
-        ]
-        moved = W * F + own["b"]
-        ends = [Definition(*pair) for pair in zip(own["acceleration"], moved, strict=True)]
-        terms = *(Definition(*pair) for pair in pairs), *self._closing(), *ends
-        return (*terms, *self._resolved_terms())
+        )
+        return (
+            *_defined(own["a"], self.mechanism.system.free_acceleration),
+            *_defined(own["D"], given.directions),
+            *(Definition(W[i, j], given.W[i, j]) for i in range(size) for j in range(i, size)),
+            *_defined(own["b"], given.b),
+            *laws,
+            *self._closing(),
+            *_defined(own["acceleration"], W * F + own["b"]),
+            *self._resolved_terms(),
+        )
 
     def _resolved_terms(self) -> Iterator[Definition | LinearSystem]:
         """Yield forces and accelerations that tests take; see `Interface.resolved`."""
@@ -204,9 +204,7 @@ class PluralContacts(ContactStates):
             yield Definition(forces[at.normal(i)], c.resolved(normal, total))
         tangential = sp.Matrix(list(forces)[at.tangentials])
         yield self._friction([lambda i: forces[at.normal(i)]], tangential)
-        moved = own["W"] * forces + own["b"]
-        for pair in zip(own["resolved_acceleration"], moved, strict=True):
-            yield Definition(*pair)
+        yield from _defined(own["resolved_acceleration"], own["W"] * forces + own["b"])
 
     def _closing(self) -> Iterator[Definition | LinearSystem]:
         """Yield the normal forces that keep g̈_N = 0, and friction.
@@ -268,8 +266,7 @@ class PluralContacts(ContactStates):
         change = Y * sp.Matrix([0, *rest.values()])
         for u in unknown:
             yield Definition(normals[u], first[u] + rest[u])
-        for pair in zip(friction, shared + change, strict=True):
-            yield Definition(*pair)
+        yield from _defined(friction, shared + change)
 
     def _closed(
         self, X: sp.Matrix, load: list[sp.Expr], unknowns: dict[int, sp.Symbol]
@@ -480,6 +477,10 @@ class PluralContacts(ContactStates):
 
 
 _DETERMINANT = sp.Symbol("determinant", real=True)
+
+
+def _defined(symbols: Iterable[sp.Symbol], values: Iterable[sp.Expr]) -> list[Definition]:
+    return [Definition(*pair) for pair in zip(symbols, values, strict=True)]
 
 
 def _unit(contact: int, i: int) -> sp.Expr:

@@ -379,11 +379,8 @@ class CompliantContact(OneContact):
 
     def _contact_choices(self, branch: str) -> tuple[Choice, ...]:
         """Return the choices of a loaded contact in a branch."""
-        return (
-            Choice(f"slip_neg/{branch}", positive(-self.slip)),
-            Choice(f"slip_pos/{branch}", positive(self.slip)),
-            Choice(f"stick/{branch}"),
-        )
+        slips = (Choice(f"{name}/{branch}", positive(s * self.slip)) for s, name in SLIPS.items())
+        return (*slips, Choice(f"stick/{branch}"))
 
     def _landing(self, change: BranchChange) -> tuple[tuple[Choice, ...], dict[sp.Symbol, sp.Expr]]:
         """Return choices and reset of a contact whose force sets in."""
@@ -436,8 +433,7 @@ class CompliantContact(OneContact):
         return self.slip_stop(s, (reverse, Choice(f"stick/{branch.name}")))
 
     def _flight_modes(self) -> list[Mode]:
-        zero = sp.Integer(0)
-        free, outputs = self.field(None, zero), self.outputs(None, zero, zero)
+        free, outputs = self.field(None, _ZERO), self.outputs(None, _ZERO, _ZERO)
         return [
             Mode(name, free, (*self._changes(name), *self.domain_ends), outputs)
             for name in self.interface.flights

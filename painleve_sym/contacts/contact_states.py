@@ -31,6 +31,7 @@ FRICTION_WORK = sp.Symbol(FRICTION_LOSS, real=True)
 CONTACT_WORK = sp.Symbol(CONTACT_LOSS, real=True)
 FORCE_WORK = sp.Symbol(FORCE_LOSS, real=True)
 
+_ZERO = sp.Integer(0)
 
 SINGULAR_MARGIN = sp.Rational(1, 10**8)
 """|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
@@ -234,13 +235,17 @@ class OneContact(ContactStates):
 
     def slip_stop(self, slip: int, choices: tuple[Choice, ...]) -> Transition:
         """Return the end of slip: v_t = 0."""
-        still, kind = {self.slip: sp.Integer(0)}, EventKind.SLIP_STOP
+        still, kind = {self.slip: _ZERO}, EventKind.SLIP_STOP
         return self.transition("slip_stop", kind, slip * self.slip, choices, still)
 
     def singular(self, A: sp.Expr) -> Transition:
         """Return the end of a slip that meets A = 0, where its A is positive before."""
         margin = A / self.mechanism.coefficients.W_nn - SINGULAR_MARGIN
         return self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
+
+    def jam(self, guard: sp.Expr | None = None) -> Transition:
+        """Return the end of an impact whose impulse has none."""
+        return self.transition("jam", EventKind.JAM, guard, stop=StopReason.JAM)
 
     # ---- forces and rates ----
 
@@ -251,8 +256,8 @@ class OneContact(ContactStates):
             if not self._slip_is_extra:
                 return c.sticking_force.xreplace({F_N: force})
             if c.W_tt == 0:  # no motion slides the contact: nothing is to be held
-                return sp.Integer(0)
-            smooth = c.accelerations.xreplace({F_N: force, F_T: sp.Integer(0)})
+                return _ZERO
+            smooth = c.accelerations.xreplace({F_N: force, F_T: _ZERO})
             return -row_acceleration(c.contact.J_T, smooth, c.contact.tangential_bias) / c.W_tt
         return -CONTACTS[contact] * self.friction_coefficient * force
 
@@ -271,11 +276,11 @@ class OneContact(ContactStates):
             g̈_N where it is known better than A F_n + B (0 on a rigid surface).
         """
         c = self.mechanism.coefficients
-        friction = self.tangential_force(contact, force) if contact else sp.Integer(0)
+        friction = self.tangential_force(contact, force) if contact else _ZERO
         pushes = {F_N: force, F_T: friction}
         if contact == "stick" and not self.stick_yields and c.rank_one:
             # Any forces that hold the slip accelerate alike: those of F_n = 0, so that none cancel.
-            pushes = {F_N: sp.Integer(0), F_T: self.tangential_force(contact, sp.Integer(0))}
+            pushes = {F_N: _ZERO, F_T: self.tangential_force(contact, _ZERO)}
         accelerations = c.accelerations.xreplace(pushes)
         rates = self.motion_rates(accelerations, (force, friction))
         rates[self.gap] = self.gap_rate
@@ -285,8 +290,8 @@ class OneContact(ContactStates):
         rates[self.gap_rate] = (
             self._normal(contact, force, accelerations) if normal is None else normal
         )
-        rates[FRICTION_WORK] = -friction * self.slip if contact != "stick" else sp.Integer(0)
-        rates[CONTACT_WORK] = sp.Integer(0)
+        rates[FRICTION_WORK] = -friction * self.slip if contact != "stick" else _ZERO
+        rates[CONTACT_WORK] = _ZERO
         return rates
 
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
@@ -306,7 +311,7 @@ class OneContact(ContactStates):
         """Return v̇_t: exactly 0 where sticking holds it."""
         c = self.mechanism.coefficients
         if contact == "stick" and not self.stick_yields:
-            return sp.Integer(0)
+            return _ZERO
         if self._slip_is_extra and accelerations is not None:
             return row_acceleration(c.contact.J_T, accelerations, c.contact.tangential_bias)
         if contact == "stick":
@@ -318,17 +323,20 @@ class OneContact(ContactStates):
 
     def outputs(self, contact: str | None, force: sp.Expr, stored: sp.Expr) -> dict[str, sp.Expr]:
         """Return forces, gap and energies of a mode."""
-        friction = self.tangential_force(contact, force) if contact else sp.Integer(0)
+        friction = self.tangential_force(contact, force) if contact else _ZERO
         return self.outputs_of((force, friction), stored)
 
     def held_mode(
         self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
     ) -> Mode:
         """Return a mode in which F_n = `force` keeps the gap at 0; the domain ends it, too."""
-        zero = sp.Integer(0)
-        rates = self.field(contact, force, normal=zero) | {self.gap: zero}
-        outputs = self.outputs(contact, force, zero)
+        rates = self.field(contact, force, normal=_ZERO) | {self.gap: _ZERO}
+        outputs = self.outputs(contact, force, _ZERO)
         return Mode(name, rates, (*transitions, *self.domain_ends), outputs)
+
+    def instant_mode(self, name: str, *transitions: Transition) -> Mode:
+        """Return a mode in which no time passes, without forces."""
+        return Mode(name, {}, transitions, self.outputs(None, _ZERO, _ZERO))
 
 
 def row_acceleration(jacobian: sp.Matrix, accelerations: sp.Matrix, bias: sp.Expr) -> sp.Expr:

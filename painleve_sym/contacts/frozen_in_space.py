@@ -98,6 +98,7 @@ class FrozenSpatialContact:
     def automaton(self) -> HybridAutomaton:
         """The automaton: flights, and slip and stick in each branch of the law."""
         zero = sp.Integer(0)
+        of_law = (p.symbol for p in self.law.parameters)
         flights = [
             self._mode(name, None, sp.zeros(3, 1), zero, zero, ())
             for name in self._interface.flights
@@ -110,15 +111,11 @@ class FrozenSpatialContact:
                 *(*_IMPULSES, FRICTION_WORK, CONTACT_WORK),
             ),
             memory=(*self.law.memory, _TURNS_BELOW),
-            parameters=(*sp.symbols(COEFFICIENTS, real=True), *self._law_symbols),
+            parameters=(*sp.symbols(COEFFICIENTS, real=True), *of_law),
             definitions=dict(self.law.definitions),
             modes=(*flights, *rubs),
             starts=(Choice(FLIGHT),),
         )
-
-    @property
-    def _law_symbols(self) -> tuple[sp.Symbol, ...]:
-        return tuple(p.symbol for p in self.law.parameters)
 
     # ---- modes ----
 

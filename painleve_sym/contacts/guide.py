@@ -45,7 +45,7 @@ TANGENTIAL_IMPACT = "tangential_impact"
 """The instantaneous mode in which a slip without a solution stops."""
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
-_SIDES = {side: name for name, side in SIDES.items()}
+_SIDES = tuple(SIDES.values())
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ class BilateralContact(OneContact):
     def _decision(self) -> Mode:
         choices = (*self._sliding_choices(-1), *self._sliding_choices(1), *self._resting_choices())
         decide = self.transition("decide", EventKind.CONTACT, None, choices)
-        return Mode(DECISION, {}, (decide,), self.outputs(None, _ZERO, _ZERO))
+        return self.instant_mode(DECISION, decide)
 
     def _impact(self) -> Mode:
         """Stop the slip by the only impulse that keeps v_n = 0 within the friction cone."""
@@ -199,7 +199,7 @@ class BilateralContact(OneContact):
         stop = self.transition(
             "stop", EventKind.TANGENTIAL_IMPACT, None, (Choice(DECISION),), reset
         )
-        return Mode(TANGENTIAL_IMPACT, {}, (stop,), self.outputs(None, _ZERO, _ZERO))
+        return self.instant_mode(TANGENTIAL_IMPACT, stop)
 
     # ---- modes ----
 

@@ -8,8 +8,8 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.contacts.contact_states import CONTACT_WORK, FORCE_WORK, FRICTION_WORK, OneContact
-from painleve_sym.contacts.model import CONTACTS
-from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.contacts.model import CONTACTS, SLIPS
+from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import Choice, Mode, Transition, greatest, least, positive
 from painleve_sym.laws.restitution import restitution_law
 
@@ -76,12 +76,10 @@ class ImpactRays:
 
     def starts(self) -> tuple[Choice, ...]:
         """Choices of the first ray from the slip velocity."""
-        slip = self.states.slip
-        moving = (
-            Choice(self.first("slip_neg"), positive(-slip)),
-            Choice(self.first("slip_pos"), positive(slip)),
+        slips = (
+            Choice(self.first(name), positive(s * self.states.slip)) for s, name in SLIPS.items()
         )
-        return (*moving, *self._at_rest("compression"))
+        return (*slips, *self._at_rest("compression"))
 
     # ---- one ray ----
 
@@ -141,21 +139,16 @@ class ImpactRays:
         choices = self._at_rest(phase)
         return self.states.transition("slip_stop", kind, guard, choices, reset)
 
-    def _jam(self, guard: sp.Expr | None) -> Transition:
-        return self.states.transition("jam", EventKind.JAM, guard, stop=StopReason.JAM)
-
     def _mode(self, ray: Ray, phase: str, decision: str) -> Mode:
-        zero = sp.Integer(0)
-        outputs = self.states.outputs(None, zero, zero)
         name = f"impact/{ray.contact}/{phase}"
         if ray.a_n == 0:
             # Rank one: sticking carries any impulse and the normal velocity never changes.
-            return Mode(name, {}, (self._jam(None),), outputs)
+            return self.states.instant_mode(name, self.states.jam())
         transitions = []
         if ray.contact != "stick":
             transitions.append(self._slip_stop(ray, phase))
             if phase == "compression":
-                transitions.append(self._jam(self._rising(ray)))
+                transitions.append(self.states.jam(self._rising(ray)))
         reset = self._after(ray, self._end_impulse(ray, phase), phase)
         if phase == "compression":
             e = restitution_law(self.restitution).parameter.symbol
@@ -168,8 +161,7 @@ class ImpactRays:
         else:
             target, kind = decision, EventKind.IMPACT_END
         end = self.states.transition("end", kind, None, (Choice(target),), reset)
-        transitions.append(end)
-        return Mode(name, {}, tuple(transitions), outputs)
+        return self.states.instant_mode(name, *transitions, end)
 
     def modes(self, decision: str) -> list[Mode]:
         """Return the six modes; the last ray of an impact leads to the mode `decision`."""

@@ -25,7 +25,7 @@ from painleve_sym.contacts.interfaces import (
     zero_factor,
 )
 from painleve_sym.contacts.model import CONTACT, CONTACTS, FLIGHT, SLIPS
-from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
     Accumulation,
     Alternative,
@@ -177,7 +177,7 @@ class RigidContact(OneContact):
         return cone_margins(c.mu * c.stick_force, self.tangential_force("stick", c.stick_force))
 
     def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
-        c, name = self.mechanism.coefficients, "slip_neg" if slip < 0 else "slip_pos"
+        c, name = self.mechanism.coefficients, SLIPS[slip]
         moving, A, B = slip * self.slip, c.A(slip), c.B
         several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
         return (
@@ -191,7 +191,7 @@ class RigidContact(OneContact):
         c, rest = self.mechanism.coefficients, is_zero(self.slip)
         stick = Choice("stick", self._stick_condition())
         onsets = []
-        for slip, name in ((-1, "slip_neg"), (1, "slip_pos")):
+        for slip, name in SLIPS.items():
             rate = slip * (c.slip_rate_coefficient(slip) * c.slip_force(slip) + c.b_t)
             for sign, target in ((1, name), (-1, f"{name}_unstable")):
                 condition = all_positive(sign * c.A(slip), -sign * c.B, rate)
@@ -212,7 +212,7 @@ class RigidContact(OneContact):
         return all_positive(margin, sp.Float("1e-12") * terms - sp.Abs(c.W_tt * c.B_stick))
 
     def _decision(self) -> Mode:
-        clean = {s: sp.Integer(0) for s in MEMORY}
+        clean = dict.fromkeys(MEMORY, _ZERO)
         start = clean | {APPROACH: self.gap_rate}
         arriving = self.transition(
             "impact", EventKind.IMPACT, self.gap_rate, self.rays.starts(), start
@@ -226,26 +226,24 @@ class RigidContact(OneContact):
             *self._resting_choices(),
             Choice(FLIGHT),
         )
-        reset = clean | {self.gap_rate: sp.Integer(0)}
+        reset = clean | {self.gap_rate: _ZERO}
         decide = self.transition("decide", EventKind.CONTACT, None, solutions, reset)
-        zero = sp.Integer(0)
-        return Mode(DECISION, {}, (arriving, leaving, decide), self.outputs(None, zero, zero))
+        return self.instant_mode(DECISION, arriving, leaving, decide)
 
     # ---- modes ----
 
     def _flight(self) -> Mode:
-        zero = sp.Integer(0)
-        closed = dict.fromkeys((self.gap, self.gap_rate, *MEMORY), zero)
+        closed = dict.fromkeys((self.gap, self.gap_rate, *MEMORY), _ZERO)
         land = self.transition(
             "touchdown",
             EventKind.TOUCHDOWN,
             self.gap,
             (Choice(DECISION),),
-            {self.gap: zero},
+            {self.gap: _ZERO},
             on_accumulation=Accumulation(EventKind.SETTLE, DECISION, closed),
         )
-        outputs = self.outputs(None, zero, zero)
-        return Mode(FLIGHT, self.field(None, zero), (land, *self.domain_ends), outputs)
+        outputs = self.outputs(None, _ZERO, _ZERO)
+        return Mode(FLIGHT, self.field(None, _ZERO), (land, *self.domain_ends), outputs)
 
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.mechanism.coefficients, CONTACTS[contact]
@@ -262,9 +260,7 @@ class RigidContact(OneContact):
     def _stick(self) -> Mode:
         c = self.mechanism.coefficients
         if c.rank_one:
-            zero = sp.Integer(0)
-            jam = self.transition("jam", EventKind.JAM, None, stop=StopReason.JAM)
-            return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))
+            return self.instant_mode("stick", self.jam())
 
         def enter(slip: int) -> tuple[Choice, ...]:
             # Where the force of such a slip would turn it back, only lift-off is left.
@@ -279,7 +275,7 @@ class RigidContact(OneContact):
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated; modes that cannot be reached under the policy are left out."""
         modes = [self._flight(), self._decision(), self._stick()]
-        modes += [self._slip(n, u) for n in ("slip_neg", "slip_pos") for u in (False, True)]
+        modes += [self._slip(n, u) for n in SLIPS.values() for u in (False, True)]
         modes += self.rays.modes(DECISION)
         starts = (Choice(FLIGHT, positive(self.gap)), Choice(DECISION))
         title = f", rigid, {self.model.rigid_law.restitution} restitution"
