@@ -42,13 +42,13 @@ def is_copositive(matrix: npt.ArrayLike, strict: bool = False) -> bool:
     only one.
     """
     full = _square("is_copositive", matrix).matrix
-    symmetric = (full + full.T) / 2
+    symmetric, least = (full + full.T) / 2, 1 if strict else 0
     for index in _subsets(full.shape[0]):
         block = principal_block(symmetric, index)
-        if _sign(block) < (1 if strict else 0):
-            least = 1 if strict else 0
-            if all(_cofactor_sign(block, i, j) >= least for i, j in np.ndindex(block.shape)):
-                return False
+        if _sign(block) < least and all(
+            _cofactor_sign(block, i, j) >= least for i, j in np.ndindex(block.shape)
+        ):
+            return False
     return True
 
 
@@ -83,7 +83,6 @@ def determinant_signs(
 
 
 def _sign(matrix: FloatArray) -> int:
-    """Return the sign of one determinant."""
     return int(determinant_signs(matrix))
 
 

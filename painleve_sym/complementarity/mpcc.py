@@ -155,7 +155,6 @@ def solve_mpcc_all(
 
 
 def _near(a: FloatArray, b: FloatArray) -> bool:
-    """Return whether two solutions are one."""
     return bool(np.max(np.abs(a - b)) <= _NEAR * max(np.max(np.abs(a)), np.max(np.abs(b))))
 
 

@@ -67,13 +67,8 @@ def _factorizes(matrix: list[Vector], shift: float) -> bool:
     """Return whether a matrix plus `shift` times the identity has a Cholesky factor.
 
     Then no eigenvalue of the matrix lies below -shift by more than rounding. Few numbers: the
-    eigenvalues themselves would take NumPy longer.
-
-    Parameters
-    ----------
-    matrix : list of rows
-        Symmetric, with a diagonal of ones and zeros; rows up to the diagonal.
-    shift : float
+    eigenvalues themselves would take NumPy longer. The matrix is symmetric, with a diagonal of ones
+    and zeros; its rows end there.
     """
     factor: list[Vector] = []
     mul = operator.mul

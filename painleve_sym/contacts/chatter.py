@@ -91,7 +91,7 @@ def chatter(
 
 def _cycle(problem: ContactProblem, restitution: str, e: float) -> tuple[float, ImpactClass] | None:
     """Return the ratio of bounces and their class, once v_t/v_n repeats itself."""
-    W = ((problem.W_nn, problem.W_nt), (problem.W_nt, problem.W_tt))
+    W = problem.W.tolist()
     fall = -2 * problem.b_t / problem.b_n
     arriving = fall
     for _ in range(_BOUNCES):
@@ -117,7 +117,5 @@ def _threshold(problem: ContactProblem, restitution: str) -> float | None:
     if elastic[1] is ImpactClass.C_STICKING:
         slope = elastic[0] ** power
     else:
-        slope = (problem.W_nn - problem.W_nt**2 / problem.W_tt) / problem.A_slip(
-            1 if problem.b_t > 0 else -1
-        )
+        slope = problem.A_stick / problem.A_slip(1 if problem.b_t > 0 else -1)
     return math.pow(1 - excess / slope, 1 / power)

@@ -378,7 +378,6 @@ class CompliantContact(OneContact):
         return rates | {CONTACT_WORK: self._of_state(branch.dissipated_power)}
 
     def _contact_choices(self, branch: str) -> tuple[Choice, ...]:
-        """Return the choices of a loaded contact in a branch."""
         slips = (Choice(f"{name}/{branch}", positive(s * self.slip)) for s, name in SLIPS.items())
         return (*slips, Choice(f"stick/{branch}"))
 
@@ -387,7 +386,6 @@ class CompliantContact(OneContact):
         return self._contact_choices(change.target), {}
 
     def _change(self, contact: str, change: BranchChange) -> Transition:
-        """Return a change of branch or flight as one of the mode."""
         reset = change.reset
         if change.closes:
             choices, landed = self._landing(change)
@@ -422,7 +420,6 @@ class CompliantContact(OneContact):
         return self.slip_starts(margins, partial(self._begun, branch))
 
     def _begun(self, branch: Branch, slip: int) -> tuple[Choice, ...]:
-        """Return the slip that follows a stick."""
         return (Choice(f"{SLIPS[slip]}/{branch.name}", departs=("slip_stop",)),)
 
     def _slip_stop(self, s: int, branch: Branch, force: sp.Expr) -> Transition:

@@ -418,7 +418,6 @@ def sticking(c: ContactCoefficients) -> tuple[Expr, Expr]:
 
 
 def _formulas(mechanism: Mechanism, i: int) -> dict[str, Any]:
-    """Return what the numbers of one contact alone are."""
     system, contact, c = mechanism.system, mechanism.contacts[i], mechanism.all_coefficients[i]
     forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")
     formulas = {name: getattr(contact, name) for name in _MOTION}

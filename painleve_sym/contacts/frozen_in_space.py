@@ -165,7 +165,6 @@ class FrozenSpatialContact:
     # ---- transitions ----
 
     def _change(self, rub: str | None, change: BranchChange) -> Transition:
-        """Return a change of branch or flight."""
         if not change.closes:
             flies = change.target in FLIGHTS
             target = change.target if flies else f"{rub}/{change.target}"

@@ -170,7 +170,6 @@ class ContactModel:
 
     @property
     def _given(self) -> tuple[Law, ...]:
-        """The law that was given for each contact."""
         return self.laws if len(self.laws) > 1 else self.laws * len(self.mechanism.outline.contacts)
 
     @cached_property

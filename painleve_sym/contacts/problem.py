@@ -539,7 +539,6 @@ class ContactProblem:
     # ---- parts ----
 
     def _refuse_many(self, where: str) -> None:
-        """Raise InputError for more contacts than can be enumerated."""
         if self.size > CONTACT_LIMIT:
             raise InputError(
                 f"{where}() cannot try every local mode: got {self.size} contacts, need at most "
@@ -547,7 +546,6 @@ class ContactProblem:
             )
 
     def _refuse_bilateral(self, where: str) -> None:
-        """Raise InputError for contacts that hold from both sides."""
         if np.any(self.bilateral):
             raise InputError(
                 f"{where}() needs contacts that can open: got bilateral = "
@@ -556,5 +554,4 @@ class ContactProblem:
 
     @cached_property
     def _law(self) -> ScaledLaw:
-        """Return the scaled problem with the local modes of its contacts."""
         return ScaledLaw(self.W, self.b, self.mu, self.slip_directions, self.bilateral)

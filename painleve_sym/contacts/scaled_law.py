@@ -137,12 +137,7 @@ class ScaledLaw:
     def _check(self, forces: Vector, choice: tuple[int, ...] | None = None) -> _Checked | None:
         """Return the forces with negligible parts removed, or None if they are not a solution.
 
-        Parameters
-        ----------
-        forces : list of 2 n float
-            Scaled.
-        choice : tuple of int, optional
-            The local modes they were computed for; without it they follow from the forces.
+        The choice is that of local modes for which they were computed, if any.
         """
         best: _Checked | None = None
         moved: tuple[Vector, Vector] = [], []
@@ -192,7 +187,7 @@ class ScaledLaw:
             yield [0.0 if 0 < value <= noise else force for force, value in pairs]
         yield forces
         terms = _accelerations(self.W, self.b, forces)[1]
-        share = self._share([abs(force) for force in forces], terms)
+        share = self._share(list(map(abs, forces)), terms)
         kept = list(forces)
         for n, t in self._pairs:
             if share[n] <= RESIDUAL_TOLERANCE and share[t] <= RESIDUAL_TOLERANCE:
@@ -309,7 +304,7 @@ class ScaledLaw:
     def _possible(self, forces: Vector) -> list[list[bool]]:
         """Return for each contact which of its local modes hold these forces, borders included."""
         a, terms = _accelerations(self.W, self.b, forces)
-        share = [ratio(value, size) for value, size in zip(a, terms, strict=True)]
+        share = list(map(ratio, a, terms))
         rows = map(self.product.rows.of, range(len(self.mu)))
         return [
             [mode.holds(forces[pair], share[pair]) for mode in given]
@@ -351,15 +346,10 @@ class ScaledLaw:
 def _scale_contacts(
     W: list[Vector], b: Vector, mu: Vector
 ) -> tuple[list[Vector], Vector, Vector, Vector]:
-    """Scale n contacts to order one by powers of two, which rounds nothing.
+    """Return W, b and mu scaled to order one by powers of two, which rounds nothing, and the unit.
 
-    Returns
-    -------
-    W : list of 2 n rows
-    b, mu : list of float
-        The scaled problem, of the same signs and local modes.
-    unit : list of 2 n float
-        Forces F' of the scaled problem are ``unit * F'`` of the given one.
+    Signs and local modes stay the same. Forces F' of the scaled problem are ``unit * F'`` of the
+    given one.
     """
     pairs = ContactRows(len(mu)).each()
     diagonal = [row[k] for k, row in enumerate(W)]

@@ -331,7 +331,6 @@ def _no_impact(at: ContactNumbers, v_t: Sequence[float]) -> str:
 def _of_impact(
     mechanism: Mechanism, values: Values, moves: MotionNumbers, impact: Impact
 ) -> tuple[JumpPhase, ...]:
-    """Return the phases of an impact with the velocities of the mechanism."""
     names = mechanism.outline.velocity_names
     directions = (moves.D.T + 0.0).tolist()
     velocity, phases = [values[name] for name in names], []

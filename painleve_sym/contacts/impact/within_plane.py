@@ -76,8 +76,7 @@ def plane_faults(
 
 def phase_in_space(phase: ImpactPhase, tangent: Tangent) -> ImpactPhase:
     """Return a phase of the plane of the normal and a tangent as one in space."""
-    P_t, (v_n, v_t), (direction,) = phase.tangential_impulse, phase.velocity, phase.direction
-    assert not isinstance(P_t, tuple)
+    (_, P_t), (v_n, v_t), (direction,) = phase.impulse, phase.velocity, phase.direction
 
     def along(value: float) -> tuple[float, float]:
         # Adding 0.0 turns -0.0 into 0.0.
