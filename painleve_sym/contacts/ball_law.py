@@ -113,24 +113,24 @@ class BallLaw:
         """Return whether two forces are equal, or with several contacts their accelerations."""
         if self.near(first, second):
             return True
-        p, q = np.array(first), np.array(second)
-        step, sizes = (
-            self._lengths(self.W @ (p - q)),
-            list(map(max, self._lengths(p), self._lengths(q))),
-        )
-        terms = self._terms(sizes)
-        return self.count > 1 and all(map(lambda s, size: s <= DISTINCT * size, step, terms))
+        step, terms = self._step(first, second)
+        moved = self._lengths(self.W @ step)
+        return self.count > 1 and all(map(lambda s, size: s <= DISTINCT * size, moved, terms))
 
     def near(self, first: Vector, second: Vector) -> bool:
         """Return whether the step between two forces is negligible for every acceleration."""
-        p, q = np.array(first), np.array(second)
-        sizes = list(map(max, self._lengths(p), self._lengths(q)))
-        step, terms = self._lengths(p - q), self._terms(sizes)
+        step, terms = self._step(first, second)
+        lengths = self._lengths(step)
         return all(
             ratio(w * s, size) <= DISTINCT
             for row, size in zip(self.sizes, terms, strict=True)
-            for w, s in zip(row, step, strict=True)
+            for w, s in zip(row, lengths, strict=True)
         )
+
+    def _step(self, first: Vector, second: Vector) -> tuple[FloatArray, Vector]:
+        """Return the step between two forces, and the terms of accelerations by the larger ones."""
+        p, q = np.array(first), np.array(second)
+        return p - q, self._terms(list(map(max, self._lengths(p), self._lengths(q))))
 
     def order(self, forces: Vector) -> Vector:
         """Return by what solutions are ordered: the normal forces, then the others."""

@@ -36,6 +36,9 @@ FLIGHTS = (FLIGHT, INDENTED)
 RUBBING = ("slip_neg", "stick", "slip_pos")
 """Closed local modes, in the order of the sign of slip."""
 
+SLIP_STARTS = {-1: "slip_start_neg", 1: "slip_start_pos"}
+"""Labels of the ends of stick, by the slip that begins."""
+
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
 Memory = dict[sp.Symbol, sp.Expr]
@@ -369,13 +372,10 @@ class Interface(ABC):
         return cone_margins(self.capacity(motion.normal_force), motion.tangential_force)
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
+        kind, margins = EventKind.SLIP_START, self._margins(motion)
         changes = [
-            self._transition(
-                label, EventKind.SLIP_START, self._sticks_alone * margin, self._released
-            )
-            for label, margin in zip(
-                ("slip_start_neg", "slip_start_pos"), self._margins(motion).values(), strict=True
-            )
+            self._transition(SLIP_STARTS[s], kind, self._sticks_alone * margin, self._released)
+            for s, margin in margins.items()
         ]
         still, guard = {self.row.slip: _ZERO}, self.sign * (1 - self.sticks) * self.row.slip
         return [*changes, self._transition("slip_stop", EventKind.SLIP_STOP, guard, still)]

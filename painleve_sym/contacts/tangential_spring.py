@@ -21,7 +21,13 @@ from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.compliant import BranchChange, CompliantContact, CompliantInterface
 from painleve_sym.contacts.contact_states import FRICTION_WORK
-from painleve_sym.contacts.interfaces import FLIGHTS, ContactMotion, Memory, not_negative
+from painleve_sym.contacts.interfaces import (
+    FLIGHTS,
+    SLIP_STARTS,
+    ContactMotion,
+    Memory,
+    not_negative,
+)
 from painleve_sym.contacts.model import CONTACTS, FLIGHT, MOTION, SLIPS
 from painleve_sym.contacts.scales import Terms
 from painleve_sym.errors import EventKind
@@ -172,22 +178,20 @@ class SpringInterface(CompliantInterface):
 
     @property
     def _starts(self) -> tuple[str, ...]:
-        return f"slip_start_neg:{self.name}", f"slip_start_pos:{self.name}"
+        return tuple(f"{label}:{self.name}" for label in SLIP_STARTS.values())
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
         still = {self.row.deflection: _ZERO}
         changes = [
             self._transition(
-                label.partition(":")[0],
+                SLIP_STARTS[s],
                 EventKind.SLIP_START,
                 self.sticks * (margin + self.unresolved_friction),
                 self._rub(sp.Integer(s), _ZERO) | {self.last_slip: sp.Integer(s)} | still,
                 asks=False,
                 departs=(f"slip_stop:{self.name}",),
             )
-            for label, (s, margin) in zip(
-                self._starts, self.slip_margins(motion.normal_force).items(), strict=True
-            )
+            for s, margin in self.slip_margins(motion.normal_force).items()
         ]
         guard, sticks = self.sign * self.rubbing_velocity(motion), self._rub(_ZERO, _ONE) | still
         stop = self._transition(

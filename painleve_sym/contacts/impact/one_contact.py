@@ -346,9 +346,8 @@ def _checked(
         faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
     if faults:
         raise InputError(f"{where}: " + " ".join(faults))
-    symmetric = tuple(map(tuple, rows))
-    if rows != (turned := [list(column) for column in zip(*rows, strict=True)]):
-        pairs = zip(chain.from_iterable(rows), chain.from_iterable(turned), strict=True)
-        mean, n = [(a + b) / 2 for a, b in pairs], len(rows)
-        symmetric = tuple(tuple(mean[i : i + n]) for i in range(0, n * n, n))
+    symmetric = tuple(
+        tuple((a + b) / 2 for a, b in zip(row, column, strict=True))
+        for row, column in zip(rows, zip(*rows, strict=True), strict=True)
+    )
     return symmetric, mu, v, e

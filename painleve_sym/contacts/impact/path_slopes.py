@@ -105,10 +105,8 @@ class _Slopes:
         length = step.event.length
         change = self._length(step, push, rates)
         impulses = push * length + np.outer(step.push, change)
-        before, self.velocity = (
-            self.velocity,
-            self.velocity + rates * length + np.outer(step.rates, change),
-        )
+        before = self.velocity
+        self.velocity = before + rates * length + np.outer(step.rates, change)
         terms = _applied(np.abs(self.W), np.abs(step.push)) + np.abs(self.path.W) @ np.abs(push)
         terms = terms * length + np.abs(np.outer(step.rates, change))
         self.size = np.maximum(self.size, np.max(terms, axis=0))
@@ -172,26 +170,23 @@ class _Slopes:
 
     def _length(self, step: Straight, push: Array, rates: Array) -> Array:
         """Return the derivatives of the length, shape (k,), of what vanishes there."""
-        length, kind, i = step.event
+        (length, kind, i), v, force = step.event, step.velocities, step.push
         n, t = self.rows.normal(i), self.rows.tangent(i)
         if kind in ("border", "slip"):
             row, border = (n, self.border[i]) if kind == "border" else (t, 0.0)
             moved = self.velocity[row] - border + rates[row] * length
             change: Array = -moved / step.rates[row]
-            return change
-        if kind == "spent" and self.path.restitution == "poisson":
-            change = (self.budget[i] - push[n] * length) / step.push[n]
-            return change
-        v, force = step.velocities, step.push
-        if kind == "spent":
+        elif kind == "spent" and self.path.restitution == "poisson":
+            change = (self.budget[i] - push[n] * length) / force[n]
+        elif kind == "spent":
             mean, end = v[n] + step.rates[n] * length / 2, v[n] + step.rates[n] * length
             given = push[n] * mean + force[n] * (self.velocity[n] + rates[n] * length / 2)
             change = (self.budget[i] - given * length) / (force[n] * end)
-            return change
-        power = v @ push + force @ self.velocity
-        slope = step.rates @ push + force @ rates
-        taken = self.work + power * length + slope * length**2 / 2
-        change = -taken / (force @ v + force @ step.rates * length)
+        else:
+            power = v @ push + force @ self.velocity
+            slope = step.rates @ push + force @ rates
+            taken = self.work + power * length + slope * length**2 / 2
+            change = -taken / (force @ v + force @ step.rates * length)
         return change
 
     def _spend(self, step: Straight, works: Array, moved: Array, impulses: Array) -> None:
@@ -247,8 +242,7 @@ class _Slopes:
         size = np.maximum(self.size, np.max(np.abs(W) @ np.abs(impulses), axis=0))
         self._vanishes(rates[step.rates == 0], size)
         before, self.velocity = self.velocity, rates + rebound
-        after = step.velocities.copy()
-        after += W @ step.impulses
+        after = step.velocities + W @ step.impulses
         self.impulses += impulses
         self.works += impulses * (step.velocities + after)[:, None] / 2
         self.works += step.impulses[:, None] * (before + self.velocity) / 2

@@ -147,11 +147,8 @@ def _impulse_numbers(mechanism: Mechanism) -> Quantities:
         from painleve_sym.mechanics.paradox.bilateral import BilateralForms
 
         forms = BilateralForms(mechanism.coefficients)
-        formulas = {
-            "normal_impulse": forms.normal_impulse,
-            "tangential_impulse": forms.tangential_impulse,
-            "friction_loss": forms.friction_loss,
-        }
+        names = ("normal_impulse", "tangential_impulse", "friction_loss")
+        formulas = {name: getattr(forms, name) for name in names}
         formulas |= dict(zip(mechanism.outline.velocity_names, forms.velocity_after, strict=True))
         return formulas, (*argument_symbols(mechanism), V_T)
 
