@@ -133,22 +133,11 @@ class ImpactPath:
         return self._follow_part("restitution", self.law, due[self.law])
 
     def _end(self, law: str, due: float) -> tuple[float, float]:
-        """Return the impulse still to come along the ray, inf for never, and the final v_n.
-
-        What is due is the final v_n of Newton's law, P_n of Poisson's and ∫v_n dP_n of Stronge's.
-        """
-        v_n, rate, left = self.v_n, self.ray.normal_rate, max(0.0, due - self.spent)
-        if law == "newton":
-            if rate > 0.0:
-                return (due - v_n) / rate, due
-            return 0.0 if self.phases and due <= v_n else math.inf, v_n
-        if law == "poisson":
-            return left, v_n + rate * left
-        if left == 0.0:
+        """Return what `impulse_to_end` does for the present ray; `due` is of the whole part."""
+        v_n, rate = self.v_n, self.ray.normal_rate
+        if law == "newton" and rate <= 0.0 and self.phases and due <= v_n:
             return 0.0, v_n
-        # v_n P + rate P²/2 = left, without the cancellation of the usual root.
-        final = math.sqrt(v_n * v_n + 2 * rate * left)
-        return (2 * left / (v_n + final), final) if final > 0.0 else (math.inf, v_n)
+        return impulse_to_end(law, v_n, rate, due, max(0.0, due - self.spent))
 
     def _follow_part(self, part: str, law: str, due: float) -> bool:
         """Follow compression or restitution to its end; False where it never gets there."""
@@ -203,6 +192,25 @@ AFTER_STOP = {
 def binary_exponent(*numbers: float) -> int:
     """Return k for which 2**k is just above the largest of the numbers in size; 0 without any."""
     return math.frexp(max(map(abs, numbers), default=0.0))[1]
+
+
+def impulse_to_end(
+    law: str, v_n: float, rate: float, due: float, left: float
+) -> tuple[float, float]:
+    """Return P_n along a ray to where a law ends it, inf for never, and v_n there.
+
+    The rate is dv_n/dP_n. `due` is the final v_n of Newton's law, `left` P_n of Poisson's and
+    ∫v_n dP_n of Stronge's.
+    """
+    if law == "newton":
+        return ((due - v_n) / rate, due) if rate > 0.0 else (math.inf, v_n)
+    if law == "poisson":
+        return left, v_n + rate * left
+    if left == 0.0:
+        return 0.0, v_n
+    # v_n P + rate P²/2 = left, without the cancellation of the usual root.
+    final = math.sqrt(max(0.0, v_n * v_n + 2 * rate * left))
+    return (2 * left / (v_n + final), final) if final > 0.0 else (math.inf, v_n)
 
 
 def rounded_sum(*terms: float) -> float:

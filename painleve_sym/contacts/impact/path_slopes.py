@@ -154,19 +154,22 @@ class _Slopes:
         if not step.rows:
             return fixed
         W, rows, U = self.path.W, list(step.rows), step.columns
-        moved = self._columns(U)
+        moved, slopes = self._columns(rows, U)
         matrix = W[rows] @ U
-        slopes = _both(self.W[rows], U) + np.einsum("rj,jck->rck", W[rows], moved)
         right = -_applied(self.W[rows], step.fixed) - W[rows] @ fixed
         x, change = least_norm_slopes(matrix, slopes, -W[rows] @ step.fixed, right)
         return fixed + _applied(moved, x) + U @ change
 
-    def _columns(self, columns: Array) -> Array:
-        """Return the derivatives of directions of impulses: friction changes those of slips."""
+    def _columns(self, rows: list[int], columns: Array) -> tuple[Array, Array]:
+        """Return the derivatives of directions of impulses, and of the rates of rows by them.
+
+        Friction changes the directions of slips.
+        """
         moved = np.zeros((*columns.shape, len(self.e)))
         share = np.abs(columns[self.normals]) * np.sign(columns[self.tangentials])
         moved[self.tangentials] = share[:, :, None] * self.mu[:, None, :]
-        return moved
+        slopes = np.einsum("rjk,jc->rck", self.W[rows], columns)
+        return moved, slopes + np.einsum("rj,jck->rck", self.path.W[rows], moved)
 
     def _length(self, step: Straight, push: Array, rates: Array) -> Array:
         """Return the derivatives of the length, shape (k,), of what vanishes there."""
@@ -222,9 +225,8 @@ class _Slopes:
             rebound[self.normals] -= np.outer(step.velocities[self.normals], self.e)
         aim, impulses = self.velocity - rebound, np.zeros_like(self.velocity)
         if rows:
-            moved = self._columns(U)
+            moved, slopes = self._columns(rows, U)
             x = np.linalg.pinv(U) @ step.impulses
-            slopes = _both(self.W[rows], U) + np.einsum("rj,jck->rck", W[rows], moved)
             right = -aim[rows] - _applied(slopes, x)
             impulses = _applied(moved, x) + U @ _change_in_range(W[rows] @ U, slopes, x, right)
         if step.weighs:
@@ -270,11 +272,6 @@ class _Slopes:
 def _applied(matrix: Array, vector: Array) -> Array:
     """Return the derivatives of matrix · vector by the matrix, shape (rows, k)."""
     product: Array = np.einsum("rck,c->rk", matrix, vector)
-    return product
-
-
-def _both(matrix: Array, columns: Array) -> Array:
-    product: Array = np.einsum("rjk,jc->rck", matrix, columns)
     return product
 
 

@@ -59,6 +59,7 @@ from painleve_sym.contacts.impact.path import (
     ROUND_OFF,
     ImpactPhase,
     binary_exponent,
+    impulse_to_end,
     rounded_sum,
 )
 from painleve_sym.contacts.local_mode import ContactMode, sign_of
@@ -409,20 +410,12 @@ class SpatialPath:
 
     def _impulse_to_end(self, A: float) -> tuple[float, float]:
         """Return the impulse along a ray to the end of the part, inf for never, and v_n there."""
-        spent = self.state[_P if self.law == "poisson" else _E]
-        n, left = self.state[_N], max(0.0, self.left - spent)
-        if not self.restitution or self.law == "newton":
-            due = self.target if self.restitution else 0.0
-            if A > 0.0:
-                return (due - n) / A, due
-            ends = self.phases and due <= n and (A == 0.0 or self.restitution)
-            return (0.0 if ends else math.inf), n
-        if self.law == "poisson":
-            return left, n + A * left
-        if left == 0.0:
+        law, due = (self.law, self.target) if self.restitution else ("newton", 0.0)
+        n, spent = self.state[_N], self.state[_P if law == "poisson" else _E]
+        rests = A == 0.0 or (A < 0.0 and self.restitution)
+        if law == "newton" and rests and self.phases and due <= n:
             return 0.0, n
-        end = math.sqrt(max(0.0, n * n + 2 * A * left))
-        return (2 * left / (n + end), end) if end > 0.0 else (math.inf, n)
+        return impulse_to_end(law, n, A, due, max(0.0, self.left - spent))
 
     def _ray(self, kind: int, ratio: tuple[float, float], A: float, k: float) -> int:
         """Follow a straight ray to the end of the impact, or to where its slip stops."""
