@@ -346,8 +346,10 @@ def _checked(
         faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
     if faults:
         raise InputError(f"{where}: " + " ".join(faults))
-    symmetric = tuple(
-        tuple((a + b) / 2 for a, b in zip(row, column, strict=True))
-        for row, column in zip(rows, zip(*rows, strict=True), strict=True)
-    )
+    symmetric = tuple(map(tuple, rows))
+    if symmetric != (turned := tuple(zip(*rows, strict=True))):
+        symmetric = tuple(
+            tuple((a + b) / 2 for a, b in zip(row, column, strict=True))
+            for row, column in zip(rows, turned, strict=True)
+        )
     return symmetric, mu, v, e

@@ -215,10 +215,11 @@ def impulse_to_end(
 
 def rounded_sum(*terms: float) -> float:
     """Return the sum, exactly 0 where it is within the rounding of its terms."""
-    value = 0.0
+    value = size = 0.0
     for term in terms:
         value += term
-    return value if abs(value) > ROUND_OFF * sum(map(abs, terms)) else 0.0
+        size += abs(term)
+    return value if abs(value) > ROUND_OFF * size else 0.0
 
 
 def in_each_direction(value: float | tuple[float, float]) -> tuple[float, ...]:
