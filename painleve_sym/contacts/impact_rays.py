@@ -59,7 +59,8 @@ class ImpactRays:
         rays = {}
         for contact, s in CONTACTS.items():
             if contact == "stick":
-                ratio, a_n, a_t = -c.W_nt / c.W_tt, c.A_stick, sp.Integer(0)
+                ratio = -c.W_nt / c.W_tt if c.W_tt != 0 else sp.Integer(0)
+                a_n, a_t = c.A_stick, sp.Integer(0)
             else:
                 ratio, a_n, a_t = -s * c.mu, c.A(s), c.slip_rate_coefficient(s)
             rays[contact] = Ray(contact, ratio, a_n, a_t)
@@ -145,7 +146,7 @@ class ImpactRays:
             # Rank one: sticking carries any impulse and the normal velocity never changes.
             return self.states.instant_mode(name, self.states.jam())
         transitions = []
-        if ray.contact != "stick":
+        if ray.a_t != 0:  # slip, where any motion slides the contact
             transitions.append(self._slip_stop(ray, phase))
             if phase == "compression":
                 transitions.append(self.states.jam(self._rising(ray)))

@@ -16,7 +16,9 @@ from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
+from tests.scenes import point_mass
 from tests.support.paper_law import paper_law
 
 SLIDING = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -229,6 +231,20 @@ def test_wedged_strut_jams_and_says_so():
     assert run.stop_reason is StopReason.JAM
     assert "no exit" in run.stop_detail
     assert len(run.events) < 50
+
+
+@pytest.mark.parametrize("restitution", ["energetic", "poisson", "newton"])
+def test_contact_that_no_motion_slides_bounces(restitution):
+    """A mass on a vertical rail: v_n⁺ = −e v_n⁻ by every law, and friction has no part in it."""
+    text = point_mass(name="mass-on-rail").replace('["x", "y"]', '["0", "y"]')
+    text = "".join(line for line in text.splitlines(True) if not line.startswith("x = "))
+    mass, e, g, height = mechanism_from_text(text), 0.6, 9.8, 1.0
+    given = {f"e_{restitution}": e}
+    run = Simulator(mass, RigidLaw(restitution)).run({"y": height}, t_end=0.8, parameters=given)
+    fall = math.sqrt(2 * height / g)
+    rise = 0.8 - fall
+    assert run.final["y"] == pytest.approx(e * g * fall * rise - g * rise**2 / 2, rel=1e-9)
+    assert run.final["friction_dissipation"] == 0
 
 
 @pytest.mark.parametrize(
