@@ -20,7 +20,7 @@ from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.classify_in_space import SpatialClassification, classified_in_space
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.contacts.inputs import place_of, refuse_outside, refuse_without_surface
+from painleve_sym.contacts.inputs import place_of, refuse_place
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.problem import ContactProblem
@@ -291,9 +291,7 @@ def _closed_at(place: Place) -> tuple[ContactNumbers, list[int]]:
     """Return the numbers of all contacts at a place, and the closed ones by index."""
     mechanism = place.mechanism
     numbers = Delassus.of(mechanism).at(place.values)
-    refuse_outside(place, numbers.margins)
-    if mechanism.outline.in_space:
-        refuse_without_surface(place, numbers)
+    refuse_place(place, numbers)
     return numbers, closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
 
 

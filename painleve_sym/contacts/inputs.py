@@ -162,8 +162,11 @@ def _singular_mass(place: Place) -> str:
     )
 
 
-def refuse_without_surface(place: Place, at: ContactNumbers) -> None:
-    """Raise InputError where a contact in space has no normal or no tangents."""
+def refuse_place(place: Place, at: ContactNumbers) -> None:
+    """Raise InputError as `refuse_outside`, and where a contact in space has no tangents."""
+    refuse_outside(place, at.margins)
+    if not place.mechanism.outline.in_space:
+        return
     for i, contact in enumerate(place.mechanism.outline.contacts):
         if np.isfinite([at.gap[i], at.gap_rate[i], *at.slip_velocity[i]]).all():
             continue
