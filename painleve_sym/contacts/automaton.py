@@ -107,11 +107,6 @@ class PluralContacts(ContactStates):
             "resolved_acceleration": named("resolved_acceleration", size),
         }
 
-    @property
-    def _unknown(self) -> tuple[int, ...]:
-        """Indices of the contacts whose normal force follows from g̈_N = 0."""
-        return self.model.rigid
-
     def _normals(self) -> list[sp.Symbol]:
         return list(self._symbols["F"])[self._at.normals]
 
@@ -213,7 +208,7 @@ class PluralContacts(ContactStates):
         that does to g̈_N beside compliant contacts is taken back.
         """
         W, b, F = (self._symbols[name] for name in "WbF")
-        n, normals, unknown = len(self.interfaces), self._normals(), self._unknown
+        n, normals, unknown = len(self.interfaces), self._normals(), self.model.rigid
         normal, tangent = self._at.normal, self._at.tangent
         friction = sp.Matrix(list(F)[self._at.tangentials])
         if not unknown:
@@ -327,21 +322,22 @@ class PluralContacts(ContactStates):
         return self.outputs_of(self._symbols["F"], stored) | own
 
     def _modes(self) -> tuple[Mode, ...]:
+        rigid = self.model.rigid
         changes = [t for i, c in enumerate(self.interfaces) for t in c.transitions(self._motion(i))]
         tests = [
             t
             for i, c in enumerate(self.interfaces)
             for t in c.tests(self._motion(i, resolved=True))
         ]
-        if len(self._unknown) == 2:
+        if len(rigid) == 2:
             # Where both stick and rigidity leaves their forces open, no forces are those.
-            both = sp.Mul(*[self.interfaces[i].holds for i in self._unknown])
+            both = sp.Mul(*[self.interfaces[i].holds for i in rigid])
             tests.append(Test(both * (sp.Abs(_DETERMINANT) - SINGULAR_MARGIN), both))
         for contacts in self._holding_a_guide():
             # Rigidity leaves the force of the guide open: where it may rest, one of them does.
             stick = sp.Mul(*[self.interfaces[i].holds for i in contacts])
             tests.append(Test(-stick, stick))
-        if self._unknown:
+        if rigid:
             # Of slips with several solutions: it has the sign of A where there is one contact.
             tests.append(Test(_DETERMINANT, sp.Integer(1), TestRole.RANKS))
             margin = _DETERMINANT**2 - SINGULAR_MARGIN**2
@@ -353,19 +349,19 @@ class PluralContacts(ContactStates):
         begin: dict[sp.Symbol, sp.Expr] = {}
         for i, c in enumerate(self.interfaces):
             begin |= c.start(self._motion(i))
-        follow = (Choice(CONTACT if self._unknown else MOTION),)
-        start = Transition(START, EventKind.CONTACT, None, follow, begin, chooses=not self._unknown)
+        follow = (Choice(CONTACT if rigid else MOTION),)
+        start = Transition(START, EventKind.CONTACT, None, follow, begin, chooses=not rigid)
         modes = [motion]
         if self._starts_with_memory:
             modes.append(Mode(START, {}, (start,), self._outputs()))
-        if self._unknown:
+        if rigid:
             modes.append(Mode(CONTACT, {}, self._decision(), self._outputs()))
         return tuple(modes)
 
     def _kept(self, i: int) -> sp.Expr:
         """Return 1 where other closed contacts keep a gap, else 0: it has not even rounding."""
         at = self._at
-        others = {at.normal(j): self.interfaces[j].closed for j in self._unknown if j != i}
+        others = {at.normal(j): self.interfaces[j].closed for j in self.model.rigid if j != i}
         sets = self._spanning(list(others), at.normal(i))
         return 1 - sp.Mul(*[1 - sp.Mul(*[others[row] for row in rows]) for rows in sets])
 
@@ -404,15 +400,12 @@ class PluralContacts(ContactStates):
     @property
     def _starts_with_memory(self) -> bool:
         """Whether some contact takes up its local mode before any is decided."""
-        return len(self._unknown) < len(self.interfaces)
+        return len(self.model.rigid) < len(self.interfaces)
 
     def _decision(self) -> tuple[Transition, ...]:
         """Return the impact where a closed contact approaches, else the contact problem."""
-        approaching = [
-            zero_factor(c.row.gap) * sp.Min(c.row.gap_rate, 0)
-            for i, c in enumerate(self.interfaces)
-            if i in self._unknown
-        ]
+        rigid = [self.interfaces[i].row for i in self.model.rigid]
+        approaching = [zero_factor(row.gap) * sp.Min(row.gap_rate, 0) for row in rigid]
         again, follows = (Choice(CONTACT),), (Choice(MOTION),)
         impact = Transition("impact", EventKind.IMPACT, sp.Add(*approaching), again, strikes=True)
         decide = Transition("decide", EventKind.CONTACT, None, follows, chooses=True)
@@ -421,7 +414,7 @@ class PluralContacts(ContactStates):
     @cached_property
     def impulses(self) -> tuple[sp.Symbol, ...]:
         """Memory of the impulses P_n, P_t of each contact in the last impact; N s."""
-        if not self._unknown:
+        if not self.model.rigid:
             return ()
         names = ("normal_impulse", "tangential_impulse")
         return tuple(sp.Symbol(f"{n}_{c.name}", real=True) for c in self.interfaces for n in names)
@@ -429,12 +422,12 @@ class PluralContacts(ContactStates):
     @property
     def impacts(self) -> Impacts | None:
         """Impacts of the rigid contacts; None where there is none."""
-        if not self._unknown:
+        if not self.model.rigid:
             return None
         has_law = self.model.of_kind(ContactKind.RIGID)
         own, given, rigid = self._symbols, self.contact_set, self.model.rigid_law
         return Impacts(
-            rigid=self._unknown,
+            rigid=self.model.rigid,
             bilateral=self.model.of_kind(ContactKind.GUIDE),
             contacts=tuple((r.gap, r.gap_rate, r.slip) for r in self.rows),
             velocities=tuple(self.mechanism.system.q_dot),

@@ -370,12 +370,9 @@ class CompliantContact(OneContact):
         """Coefficient of friction in slip: μ r(v_t)."""
         return self.interface.kinetic_coefficient
 
-    def _of_state(self, expr: sp.Expr) -> sp.Expr:
-        return self.interface.of_state(expr)
-
     def _law_field(self, contact: str, branch: Branch) -> dict[sp.Symbol, sp.Expr]:
-        rates = self.field(contact, self._of_state(branch.force))
-        return rates | {CONTACT_WORK: self._of_state(branch.dissipated_power)}
+        rates = self.field(contact, self.interface.of_state(branch.force))
+        return rates | {CONTACT_WORK: self.interface.of_state(branch.dissipated_power)}
 
     def _contact_choices(self, branch: str) -> tuple[Choice, ...]:
         slips = (Choice(f"{name}/{branch}", positive(s * self.slip)) for s, name in SLIPS.items())
@@ -400,7 +397,7 @@ class CompliantContact(OneContact):
         return [self._change(contact, c) for c in self.interface.changes if c.source == source]
 
     def _contact_mode(self, contact: str, branch: Branch) -> Mode:
-        force = self._of_state(branch.force)
+        force = self.interface.of_state(branch.force)
         if contact == "stick":
             changes = self._slip_starts(branch, force)
         else:
@@ -410,7 +407,7 @@ class CompliantContact(OneContact):
             self._law_field(contact, branch),
             # Friction first: at a start at rest it decides which normal motion follows.
             (*changes, *self._changes(branch.name, contact), *self.domain_ends),
-            self.outputs(contact, force, self._of_state(branch.stored_energy)),
+            self.outputs(contact, force, self.interface.of_state(branch.stored_energy)),
         )
 
     def _slip_starts(self, branch: Branch, force: sp.Expr) -> list[Transition]:

@@ -19,13 +19,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from painleve_sym.complementarity.solution_sets import RANK, FloatArray
 from painleve_sym.contacts.ball_law import BallLaw
 from painleve_sym.contacts.disc_at_rest import forces_at_rest
 from painleve_sym.contacts.friction_set import Disc
-from painleve_sym.contacts.local_mode import ContactMode, Vector
+from painleve_sym.contacts.local_mode import ContactMode, IntArray, Vector
 from painleve_sym.errors import InputError
 
 MAX_STARTS = 1500
@@ -37,8 +36,6 @@ _PIECES = {ContactMode.LIFTOFF: 0, ContactMode.SLIP: 1, ContactMode.STICK: 3}
 _STEPS = (1.0, 0.5, 0.25, 0.1, 0.01)  # parts of a Newton step
 _CONVERGED = 1e-11  # of the forces; the law's own residual is checked later
 _TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
-
-IntArray = npt.NDArray[np.intp]
 
 
 class _Contact:

@@ -268,7 +268,7 @@ class TangentialSpringContact(CompliantContact):
         if contact == "stick":
             velocity = self.slip - self.interface.last_slip * yields
             return rates | {self.deflection: velocity, FRICTION_WORK: _ZERO}
-        friction = self.tangential_force(contact, self._of_state(branch.force))
+        friction = self.tangential_force(contact, self.interface.of_state(branch.force))
         velocity = self.slip - CONTACTS[contact] * yields
         return rates | {FRICTION_WORK: -friction * velocity}
 

@@ -55,14 +55,11 @@ typedef struct {
   const impact *of;
 } piece;
 
-static double added(double a, double b) {
-  double sum = a + b;
-  return fabs(sum) > ROUND_OFF * (fabs(a) + fabs(b)) ? sum : 0.0;
-}
 static double added_three(double a, double b, double c) {
   double sum = a + b + c;
   return fabs(sum) > ROUND_OFF * (fabs(a) + fabs(b) + fabs(c)) ? sum : 0.0;
 }
+static double added(double a, double b) { return added_three(a, b, 0.0); }
 
 /* ---- rates along a direction ---- */
 
