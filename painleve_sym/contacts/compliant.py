@@ -15,7 +15,6 @@ from painleve_sym.contacts.interfaces import (
     ContactMotion,
     Interface,
     Memory,
-    cone_margins,
     switched,
     zero_factor,
 )
@@ -412,9 +411,7 @@ class CompliantContact(OneContact):
 
     def _slip_starts(self, branch: Branch, force: sp.Expr) -> list[Transition]:
         """Return the ends of stick: |F_t| has reached what friction can bear."""
-        limit = self.interface.static_coefficient * force
-        margins = cone_margins(limit, self.tangential_force("stick", force))
-        return self.slip_starts(margins, partial(self._begun, branch))
+        return self.slip_starts(self.stick_margins(force), partial(self._begun, branch))
 
     def _begun(self, branch: Branch, slip: int) -> tuple[Choice, ...]:
         return (Choice(f"{SLIPS[slip]}/{branch.name}", departs=("slip_stop",)),)

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import sympy as sp
 
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.interfaces import ContactRow, Interface
+from painleve_sym.contacts.interfaces import ContactRow, Interface, cone_margins
 from painleve_sym.contacts.model import (
     CONTACT_LOSS,
     CONTACTS,
@@ -232,6 +232,11 @@ class OneContact(ContactStates):
             self.transition(SLIPS[s], kind, margin, choices(s), reset)
             for s, margin in margins.items()
         ]
+
+    def stick_margins(self, force: sp.Expr, side: int = 1) -> dict[int, sp.Expr]:
+        """Return `cone_margins` in stick, for a normal force of this sign."""
+        limit = self.interface.static_coefficient * side * force
+        return cone_margins(limit, self.tangential_force("stick", force))
 
     def slip_stop(self, slip: int, choices: tuple[Choice, ...]) -> Transition:
         """Return the end of slip: v_t = 0."""

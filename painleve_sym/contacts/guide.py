@@ -19,7 +19,6 @@ from painleve_sym.contacts.interfaces import (
     ContactMotion,
     Interface,
     Memory,
-    cone_margins,
     not_negative,
 )
 from painleve_sym.contacts.model import CONTACT, SLIPS, guide_slip_mode, guide_stick_mode
@@ -166,7 +165,8 @@ class BilateralContact(OneContact):
         """At v_t = 0 (to be tried after both slips): stick, then the onset of a slip."""
         c, stop = self.mechanism.coefficients, ("slip_stop",)
         for side in _SIDES:
-            yield Choice(guide_stick_mode(side), all_positive(*self._stick_margins(side).values()))
+            margins = self.stick_margins(c.stick_force, side)
+            yield Choice(guide_stick_mode(side), all_positive(*margins.values()))
         for sign in (1, -1):
             for slip in SLIPS:
                 for side in _SIDES:
@@ -226,11 +226,6 @@ class BilateralContact(OneContact):
             guide_slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet)
         )
 
-    def _stick_margins(self, side: int) -> dict[int, sp.Expr]:
-        c = self.mechanism.coefficients
-        limit = c.mu * side * c.stick_force
-        return cone_margins(limit, self.tangential_force("stick", c.stick_force))
-
     def _stick(self, side: int) -> Mode:
         def enter(slip: int) -> tuple[Choice, ...]:
             # With A < 0 the slip on this side would run backwards: only the other side slips on.
@@ -238,10 +233,10 @@ class BilateralContact(OneContact):
             this, other = guide_slip_mode(slip, side), guide_slip_mode(slip, -side)
             return Choice(this, possible, stop), Choice(other, None, stop)
 
-        changes = self.slip_starts(self._stick_margins(side), enter)
+        force = self.mechanism.coefficients.stick_force
+        changes = self.slip_starts(self.stick_margins(force, side), enter)
         every = ("force_reversal", *SLIPS.values())
         other = (Choice(guide_stick_mode(-side), None, every),)
-        force = self.mechanism.coefficients.stick_force
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
         turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, side * force, other)
         return self.held_mode(guide_stick_mode(side), "stick", force, (turn, *changes))

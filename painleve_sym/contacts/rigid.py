@@ -19,7 +19,6 @@ from painleve_sym.contacts.interfaces import (
     ContactMotion,
     Interface,
     Memory,
-    cone_margins,
     not_negative,
     switched_test,
     zero_factor,
@@ -172,10 +171,6 @@ class RigidContact(OneContact):
 
     # ---- the contact problem of the accelerations ----
 
-    def _stick_margins(self) -> dict[int, sp.Expr]:
-        c = self.mechanism.coefficients
-        return cone_margins(c.mu * c.stick_force, self.tangential_force("stick", c.stick_force))
-
     def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
         c, name = self.mechanism.coefficients, SLIPS[slip]
         moving, A, B = slip * self.slip, c.A(slip), c.B
@@ -205,7 +200,7 @@ class RigidContact(OneContact):
         """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
         c = self.mechanism.coefficients
         if not c.rank_one:
-            return all_positive(c.stick_force, *self._stick_margins().values())
+            return all_positive(c.stick_force, *self.stick_margins(c.stick_force).values())
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
         terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
@@ -267,7 +262,7 @@ class RigidContact(OneContact):
             possible = Choice(SLIPS[slip], positive(c.A(slip)), ("slip_stop",))
             return possible, Choice(FLIGHT)
 
-        changes = self.slip_starts(self._stick_margins(), enter)
+        changes = self.slip_starts(self.stick_margins(c.stick_force), enter)
         lift = self.transition("liftoff", EventKind.LIFTOFF, c.stick_force, (Choice(DECISION),))
         return self.held_mode("stick", "stick", c.stick_force, (*changes, lift))
 
