@@ -32,12 +32,10 @@ def solve_refined(block: FloatArray, goal: FloatArray) -> FloatArray:
     and (..., k).
     """
     if goal.shape[-1] == 1:
-        quotient: FloatArray = goal / block[..., 0]
-        return quotient
+        return goal / block[..., 0]
     x = np.linalg.solve(block, goal[..., None])
     defect = goal[..., None] - block @ x
-    refined: FloatArray = (x + np.linalg.solve(block, defect))[..., 0]
-    return refined
+    return (x + np.linalg.solve(block, defect))[..., 0]
 
 
 def solve_two(
