@@ -305,7 +305,9 @@ def _checked(
     `planar` allows a contact in space that moves in one plane.
     """
     try:
-        rows = [[float(w) for w in row] for row in W]
+        # Floats of an array are cheaper all at once.
+        given = W.tolist() if isinstance(W, np.ndarray) else W
+        rows = [[float(w) for w in row] for row in given]
         v = tuple(float(v) for v in velocity)
         mu, e = float(mu), float(e)
         if len(rows) not in (2, 3) or {len(v), *map(len, rows)} != {len(rows)}:
