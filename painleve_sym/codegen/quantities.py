@@ -50,8 +50,11 @@ class Quantities:
 
     def __call__(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return the numbers by name; `values` holds every argument and may hold others."""
-        numbers = self.of_vector([values[name] for name in self.arguments])
-        return dict(zip(self.names, numbers, strict=True))
+        return self.of_point([values[name] for name in self.arguments])
+
+    def of_point(self, values: Sequence[float]) -> dict[str, float]:
+        """Return the numbers by name, for all arguments in their order."""
+        return dict(zip(self.names, self.of_vector(values), strict=True))
 
     def at(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the numbers at n points by name, each of shape (n,); see `rows`."""

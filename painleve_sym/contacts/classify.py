@@ -14,7 +14,6 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.complementarity.uniqueness import Uniqueness
-from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import Chatter, chatter
 from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.classify_in_space import SpatialClassification, classified_in_space
@@ -206,8 +205,7 @@ def contact_problem(
     slip = numbers.slip_velocity
     if len(slip) == 1:
         slip = np.array([state.get("slip_velocity", slip[0])])
-    bilateral = np.array([c.bilateral for c in mechanism.outline.contacts])
-    return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, bilateral)
+    return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, mechanism.outline.held)
 
 
 Spatial = Literal["rod-3d", "top", "brick", "slider-3d", "two-link-arm-3d"]
@@ -300,26 +298,21 @@ def planar_classification(place: Place) -> Classification:
     mechanism = place.mechanism
     mechanism.require_planar()
     numbers, closed = _closed_at(place)
-    contacts = mechanism.outline.contacts
-    W, b, mu, slip = numbers.W, numbers.b, numbers.mu, numbers.slip_velocity
-    A, B = numbers.A_stick, numbers.B_stick
-    if len(closed) < len(contacts):
-        rows = ContactRows(len(contacts)).of_contacts(closed)
-        W, b = W[np.ix_(rows, rows)], b[rows]
-        mu, slip, A, B = (array[closed] for array in (mu, slip, A, B))
+    at = numbers.of_contacts(closed)
+    A, B = at.A_stick, at.B_stick
     if not math.isfinite(sum((*A.tolist(), *B.tolist()))):
         raise InputError(
             f"classify {mechanism.name!r}: got A' = {A}, B' = {B} in sticking, need finite "
             "numbers. Fix: check the state and the parameters."
         )
-    largest = max(abs(w) for w in W.ravel().tolist())
+    largest = max(abs(w) for w in at.W.ravel().tolist())
     if largest > LARGEST:  # bounces of the contact have no numbers then
         raise InputError(
             f"classify {mechanism.name!r}: got a mobility of {largest:g} 1/kg, need at most "
             f"{LARGEST:g}. Fix: check the state and the parameters."
         )
-    sides = np.array([contacts[i].bilateral for i in closed])
-    problem = ContactProblem(W, b, mu, slip, sides)
+    held = mechanism.outline.held[closed]
+    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, held)
     return Classification(
         **named_at(place, closed),
         problem=problem,

@@ -6,9 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
-from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.delassus import ContactNumbers
 from painleve_sym.contacts.friction_set import Disc
@@ -55,13 +52,9 @@ def classified_in_space(
     place: Place, numbers: ContactNumbers, closed: list[int]
 ) -> SpatialClassification:
     """Return the contact problem of the closed contacts of a mechanism in space."""
-    rows = ContactRows(len(numbers.mu), 2).of_contacts(closed)
-    problem = SpatialProblem(
-        numbers.W[np.ix_(rows, rows)],
-        numbers.b[rows],
-        tuple(Disc(float(numbers.mu[i])) for i in closed),
-        tuple(tuple(numbers.slip_velocity[i].tolist()) for i in closed),
-    )
+    at = numbers.of_contacts(closed)
+    slips = tuple(map(tuple, at.slip_velocity.tolist()))
+    problem = SpatialProblem(at.W, at.b, tuple(map(Disc, at.mu.tolist())), slips)
     return SpatialClassification(
         **named_at(place, closed), problem=problem, solutions=problem.solutions()
     )

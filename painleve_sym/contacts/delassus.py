@@ -70,6 +70,15 @@ class ContactNumbers(NamedTuple):
     margins: Any
     mu: Array
 
+    def of_contacts(self, contacts: Sequence[int]) -> ContactNumbers:
+        """Return the numbers of some contacts, the others open."""
+        n = len(self.gap)
+        if len(contacts) == n:
+            return self
+        rows = ContactRows(n, len(self.b) // n - 1).of_contacts(contacts)
+        own = {name: getattr(self, name)[contacts] for name in (*_OF_CONTACT, "mu")}
+        return self._replace(**own, W=self.W[np.ix_(rows, rows)], b=self.b[rows])
+
     @property
     def v(self) -> Array:
         """Velocities of the contacts, as many as rows; m/s."""

@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from painleve_sym.checks import LARGEST, by_name, checked_number, text_of
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import InputError, received, unknown_name
@@ -93,6 +96,11 @@ class MechanismOutline:
     domain: tuple[BoundOutline, ...]
     timed: bool
     periods: tuple[PeriodOutline, ...] = ()
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Whether each contact holds from both sides, shape (n,)."""
+        return np.array([c.bilateral for c in self.contacts], dtype=bool)
 
     @property
     def truncation_notices(self) -> tuple[str, ...]:

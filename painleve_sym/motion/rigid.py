@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
 from painleve_sym.contacts.classify import contact_problem, solution_name
 from painleve_sym.contacts.delassus import Delassus
@@ -65,11 +64,10 @@ def _of_several(
     closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
     if len(simulator.rigid) < len(gaps) or not closed:
         return ()
-    at = Delassus.of(simulator.mechanism).at({**state, **values})
-    rows = ContactRows(len(gaps)).of_contacts(closed)
-    held = np.array([simulator.mechanism.outline.contacts[i].bilateral for i in closed])
-    W, b, mu = at.W[np.ix_(rows, rows)], at.b[rows], at.mu[closed]
-    problem = ContactProblem(W, b, mu, slips[closed], held)
+    mechanism = simulator.mechanism
+    at = Delassus.of(mechanism).at({**state, **values}).of_contacts(closed)
+    held = mechanism.outline.held[closed]
+    problem = ContactProblem(at.W, at.b, at.mu, slips[closed], held)
     solutions = problem.solutions()
     if len(solutions) < 2:
         return ()

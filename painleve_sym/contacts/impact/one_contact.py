@@ -306,7 +306,8 @@ def _checked(
     """
     try:
         # Floats of an array are cheaper all at once.
-        given = W.tolist() if isinstance(W, np.ndarray) else W
+        given: Any = W
+        given = given.tolist() if isinstance(given, np.ndarray) else given
         rows = [[float(w) for w in row] for row in given]
         v = tuple(float(v) for v in velocity)
         mu, e = float(mu), float(e)

@@ -57,7 +57,7 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         note="a = W F + b",
     )
     sections = (energies(mechanism), motion, *alone, coupled)
-    if any(c.bilateral for c in contacts):
+    if mechanism.outline.held.any():
         return sections
     note = (
         "A of each contact alone and the determinant > 0: one solution for all loads; both slide "
