@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from painleve_sym.errors import InputError, received
+from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.units import in_unit
 
 LARGEST = 1e100
@@ -103,6 +103,34 @@ def by_name(value: Any, where: str, example: str = "{'theta': 1.0}") -> Mapping[
     raise InputError(
         f"{where}: got {received(value)}, need a mapping of names to numbers, such as {example}."
     )
+
+
+def checked_values(
+    where: str,
+    kind: str,
+    given: Mapping[str, Any],
+    defaults: Mapping[str, float],
+    unit: Callable[[str], str],
+    fault: Callable[[str, float], str | None] = lambda name, value: None,
+) -> dict[str, float]:
+    """Return a number for every name of the defaults: the given one, else the default.
+
+    A text is a number with a unit, which becomes one in `unit(name)`; `fault` returns a sentence
+    where a finite number cannot have its name. InputError for all faults at once, with `where` in
+    front; `kind` is what a name stands for, such as ``parameter``.
+    """
+    values, faults = dict(defaults), list[str]()
+    for name, value in given.items():
+        if name not in defaults:
+            faults.append(unknown_name(kind, name, defaults))
+            continue
+        if isinstance(value, str):
+            value = in_unit(value, unit(name), f"{where}: {kind} {name}")
+        values[name], text = checked_number(value, f"{kind} {name}")
+        faults += filter(None, [text or fault(name, values[name])])
+    if faults:
+        raise InputError(f"{where}: " + " ".join(faults))
+    return values
 
 
 def text_of(value: Any, where: str) -> str:

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any, Protocol
 from urllib.parse import quote
 
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 
 DATA = "references.json"
 """File of the package that `tools/references.py` makes from ``docs/references.bib``."""
@@ -138,8 +138,7 @@ def reference_from(entry: Mapping[str, Any]) -> Reference:
 
 def reference(key: str) -> Reference:
     """Return the work of a key; InputError names the nearest known key."""
-    if key not in references():
-        raise InputError(unknown_name("key of a reference", key, list(references())))
+    refuse_unknown("key of a reference", key, references())
     return references()[key]
 
 

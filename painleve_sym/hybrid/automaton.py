@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.errors import EventKind, ModelError, StopReason, unknown_name
+from painleve_sym.errors import EventKind, StopReason, refuse_faulty, repeated, unknown_name
 from painleve_sym.escape import c_name, dot_string, mermaid_string
 
 
@@ -395,15 +395,12 @@ class HybridAutomaton:
     preparation: Preparation | None = None
 
     def __post_init__(self) -> None:
-        faults = list(self._faults())
-        if faults:
-            raise ModelError(f"automaton {self.name!r}", faults)
+        refuse_faulty(f"automaton {self.name!r}", self._faults())
 
     def _faults(self) -> Iterator[str]:
         names = [m.name for m in self.modes]
-        for n in sorted(set(names)):
-            if names.count(n) > 1:
-                yield f"mode {n!r} is declared twice."
+        for name in repeated(names):
+            yield f"mode {name!r} is declared twice."
         for where, choices in self._choices():
             yield from self._choice_faults(where, choices, names)
         yield from self._symbol_faults()
@@ -411,9 +408,8 @@ class HybridAutomaton:
             yield "impacts: " + unknown_name("mode", self.impacts.target, names)
         for mode in self.modes:
             labels = [t.label for t in mode.transitions]
-            for label in sorted(set(labels)):
-                if labels.count(label) > 1:
-                    yield f"mode {mode.name!r}: transition {label!r} is declared twice."
+            for label in repeated(labels):
+                yield f"mode {mode.name!r}: transition {label!r} is declared twice."
             for t in mode.transitions:
                 limit = t.on_accumulation
                 if limit is not None and limit.target not in names:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from painleve_sym.checks import text_of
 from painleve_sym.choices import Friction, Policy, Reload, Restitution
-from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.errors import InputError, received, refuse_unknown, unknown_name
 from painleve_sym.laws.compliant_laws import COMPLIANT_LAWS
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.rigid_contact import GuideLaw, RigidLaw
@@ -195,5 +195,4 @@ def _check_choices(
                 f"law {name!r}: friction: got {given[key]!r}, and a rigid contact has Coulomb "
                 "friction with one coefficient. Fix: take a compliant law, such as linear."
             )
-        if key not in known:
-            raise InputError(f"law {name!r}: " + unknown_name("choice", key, known))
+        refuse_unknown("choice", key, known, f"law {name!r}")

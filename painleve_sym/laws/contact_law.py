@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from painleve_sym.choices import Friction, FrictionLike, Reload
-from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.errors import InputError, refuse_faulty, repeated, unknown_name
 from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.declarations import Parameter, settings_text, with_defaults, with_fields
@@ -83,7 +83,7 @@ class ContactLaw(Deferred):
         from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED
 
         names = [b.name for b in self.branches]
-        faults = [f"branch {n!r} is declared twice." for n in set(names) if names.count(n) > 1]
+        faults = [f"branch {n!r} is declared twice." for n in repeated(names)]
         known = {DELTA, DELTA_DOT, *self.memory, *self.definitions}
         known |= {p.symbol for p in self.parameters}
         exits = [e for b in self.branches for e in b.exits] + list(self.recontacts)
@@ -94,8 +94,7 @@ class ContactLaw(Deferred):
         exprs += [e.guard for e in exits] + [v for e in exits for v in e.memory.values()]
         for symbol in {s for e in exprs for s in sympify(e).free_symbols} - known:
             faults.append(unknown_name("symbol", str(symbol), map(str, known)))
-        if faults:
-            raise ModelError(f"contact law {self.name!r}", faults)
+        refuse_faulty(f"contact law {self.name!r}", faults)
 
     @property
     def kind(self) -> ContactKind:

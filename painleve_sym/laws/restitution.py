@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import refuse_unknown
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.deferred import Deferred
 
@@ -155,6 +155,5 @@ RESTITUTIONS: dict[str, Callable[[], RestitutionLaw]] = {
 
 def restitution_law(name: str) -> RestitutionLaw:
     """Return the named restitution law; InputError suggests the nearest name."""
-    if name not in RESTITUTIONS:
-        raise InputError(unknown_name("restitution law", name, RESTITUTIONS))
+    refuse_unknown("restitution law", name, RESTITUTIONS)
     return RESTITUTIONS[name]()

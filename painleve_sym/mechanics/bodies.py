@@ -9,7 +9,7 @@ from typing import Protocol, TypeAlias
 
 import sympy as sp
 
-from painleve_sym.errors import ModelError
+from painleve_sym.errors import refuse_faulty
 from painleve_sym.mechanics.bars import RoundBar, first_bending_wavenumber
 
 Scalar: TypeAlias = sp.Expr | float
@@ -248,8 +248,7 @@ class Body:
             for q in shape
             if q not in modes
         ]
-        if faults:
-            raise ModelError(f"point of {self.name}", faults)
+        refuse_faulty(f"point of {self.name}", faults)
         moved = [
             expr(at[i]) + sum((expr(values[i]) * q for q, values in shape.items()), sp.S.Zero)
             for i in (0, 1)

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.errors import ModelError, unknown_name
+from painleve_sym.errors import ModelError, refuse_faulty, unknown_name
 from painleve_sym.mechanics.bodies import Scalar, expr, rate
 from painleve_sym.mechanics.declarations import NOT_DERIVED_FROM
 from painleve_sym.mechanics.shapes import PLACE, ContactGeometry, Shape
@@ -75,9 +75,9 @@ class Contact:
     slip_across: sp.Expr | None = None
 
     def __post_init__(self) -> None:
-        faults = list(self._faults())
-        if faults:
-            raise ModelError(f"contact {self.name!r} of mechanism {self.system.name!r}", faults)
+        refuse_faulty(
+            f"contact {self.name!r} of mechanism {self.system.name!r}", self._faults()
+        )
 
     def __repr__(self) -> str:
         """Return name, kind and mechanism in one line."""

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from painleve_sym.checks import LARGEST, by_name, checked_number, size_text
-from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.units import Value, in_unit
+from painleve_sym.checks import LARGEST, by_name, checked_values, size_text
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -216,20 +215,14 @@ class ParameterSet:
                 type(v) is float and known[n].fault(v) is None for n, v in given.items()
             ):
                 return cast(dict[str, float], whole)
-        values, faults = dict(self.defaults), []
-        for name, value in by_name(given, f"{where}: parameters", "{'mu': 0.5}").items():
-            if name not in known:
-                faults.append(unknown_name("parameter", name, known))
-                continue
-            if isinstance(value, str):
-                value = in_unit(value, known[name].unit, f"{where}: parameter {name}")
-            values[name], fault = checked_number(value, f"parameter {name}")
-            fault = fault or known[name].fault(values[name]) or ""
-            if fault:
-                faults.append(fault)
-        if faults:
-            raise InputError(f"{where}: " + " ".join(faults))
-        return values
+        return checked_values(
+            where,
+            "parameter",
+            by_name(given, f"{where}: parameters", "{'mu': 0.5}"),
+            self.defaults,
+            lambda name: known[name].unit,
+            lambda name, value: known[name].fault(value),
+        )
 
 
 def with_defaults(

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from painleve_sym.checks import text_of
-from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.errors import InputError, received, refuse_unknown
 from painleve_sym.mechanics.declarations import Parameter
 
 DATA = "materials.toml"
@@ -173,8 +173,7 @@ def material(name: str) -> Material:
     >>> material("rubber").poisson_ratio
     0.48
     """
-    if text_of(name, "material") not in materials():
-        raise InputError(unknown_name("material", name, list(materials())))
+    refuse_unknown("material", text_of(name, "material"), materials())
     return materials()[name]
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
-from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.errors import InputError, refuse_faulty, repeated, unknown_name
 from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
     TIME_NAME,
@@ -119,9 +119,7 @@ class Mechanism(Shown, Deferred):
     )
 
     def __post_init__(self) -> None:
-        faults = list(self._faults())
-        if faults:
-            raise ModelError(f"mechanism {self.name!r}", faults)
+        refuse_faulty(f"mechanism {self.name!r}", self._faults())
 
     def __repr__(self) -> str:
         """Return name, coordinates and contacts."""
@@ -140,8 +138,7 @@ class Mechanism(Shown, Deferred):
         if not self.contacts:
             yield "it has no contact; need at least one."
         different = {id(c): c.name for c in self.contacts}
-        names = list(different.values())
-        for name in sorted({n for n in names if names.count(n) > 1}):
+        for name in repeated(different.values()):
             yield f"contact {name!r} is declared twice. Fix: give each its own name."
         if len({c.n_tangents for c in self.contacts}) > 1:
             yield "it has contacts in the plane and in space. Fix: make all of them by in_space."

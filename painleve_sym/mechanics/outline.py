@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from painleve_sym.checks import LARGEST, by_name, checked_number, text_of
+from painleve_sym.checks import LARGEST, by_name, checked_values, text_of
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.errors import InputError, received, refuse_unknown
 from painleve_sym.mechanics.declarations import (
     TIME_NAME,
     Coordinate,
@@ -22,7 +22,6 @@ from painleve_sym.mechanics.declarations import (
     Velocity,
 )
 from painleve_sym.mechanics.quaternions import Quaternion, quaternions_of, velocities_of
-from painleve_sym.units import in_unit
 
 if TYPE_CHECKING:
     from painleve_sym.mechanics.bodies import NaturalPeriod
@@ -31,9 +30,9 @@ if TYPE_CHECKING:
 
 
 SIDES = {"push": 1, "pull": -1}
+"""Sides of a guide: the sign of its normal force."""
 KINDS = ("unilateral", "bilateral")
 """Of contacts that can open, and of those that hold from both sides."""
-"""Sides of a guide: the sign of its normal force."""
 
 
 @dataclass(frozen=True)
@@ -158,12 +157,9 @@ class MechanismOutline:
 
     def only(self, where: str, name: str) -> MechanismOutline:
         """Return the outline with one contact alone; InputError suggests the nearest name."""
-        own = tuple(c for c in self.contacts if c.name == text_of(name, where))
-        if not own:
-            raise InputError(
-                f"{where}: " + unknown_name("contact", name, [c.name for c in self.contacts])
-            )
-        return replace(self, contacts=own)
+        names = [c.name for c in self.contacts]
+        refuse_unknown("contact", text_of(name, where), names, where)
+        return replace(self, contacts=tuple(c for c in self.contacts if c.name == name))
 
     def state(self, where: str, given: object) -> dict[str, float]:
         """Return every coordinate and velocity, and ``t`` where it occurs; 0 if it is not given.
@@ -192,19 +188,9 @@ class MechanismOutline:
                 f"{where}: got {received(given)}, need numbers by name. "
                 f"Fix: dict(zip(mechanism.state_names, {list(given)}))."
             )
-        values, faults = dict(zeros), list[str]()
-        for name, value in by_name(given, where).items():
-            if name not in zeros:
-                faults.append(unknown_name("state", name, zeros))
-                continue
-            if isinstance(value, str):
-                value = in_unit(value, self.state_units[name], f"{where}: state {name}")
-            values[name], fault = checked_number(value, f"state {name}")
-            if fault:
-                faults.append(fault)
-        if faults:
-            raise InputError(f"{where}: " + " ".join(faults))
-        return self.with_unit_quaternions(where, values, by_name(given, where))
+        named = by_name(given, where)
+        values = checked_values(where, "state", named, zeros, self.state_units.__getitem__)
+        return self.with_unit_quaternions(where, values, named)
 
     def part_fault(self, name: str) -> str:
         """Return why a part of a quaternion cannot vary by itself; empty for other names."""

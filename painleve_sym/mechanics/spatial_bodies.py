@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 import mpmath
 import sympy as sp
 
-from painleve_sym.errors import ModelError
+from painleve_sym.errors import ModelError, refuse_faulty
 from painleve_sym.mechanics.bodies import Rates, Scalar, expr, rate
 from painleve_sym.mechanics.quaternions import Quaternion
 
@@ -76,8 +76,7 @@ class Orientation:
             for one, next_ in itertools.pairwise(axes)
             if one == next_
         ]
-        if faults:
-            raise ModelError("orientation", faults)
+        refuse_faulty("orientation", faults)
 
     @cached_property
     def matrix(self) -> sp.Matrix:

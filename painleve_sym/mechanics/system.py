@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.errors import ModelError, unknown_name
+from painleve_sym.errors import refuse_faulty, repeated, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, rate, weight
 from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
@@ -202,9 +201,7 @@ class LagrangianSystem:
     bodies: tuple[Body, ...] = field(default=(), compare=False, metadata=NOT_DERIVED_FROM)
 
     def __post_init__(self) -> None:
-        faults = list(self._faults())
-        if faults:
-            raise ModelError(f"mechanism {self.name!r}", faults)
+        refuse_faulty(f"mechanism {self.name!r}", self._faults())
 
     @classmethod
     def of_bodies(
@@ -251,8 +248,7 @@ class LagrangianSystem:
             need = len(bodies[0].mass_moment)
             if len(gravity) != need:
                 faults.append(f"gravity: got {len(gravity)} components, need {need}.")
-        if faults:
-            raise ModelError(f"mechanism {name!r}", faults)
+        refuse_faulty(f"mechanism {name!r}", faults)
         springs = [*springs, *(m.spring for b in planar for m in b.modes)]
         kinetic = sum((b.kinetic_energy(rates) for b in bodies), expr(kinetic_energy))
         potential = expr(potential_energy) + weight(bodies, gravity)
@@ -321,7 +317,7 @@ class LagrangianSystem:
         entries += [("coordinate", c) for c in self.coordinates]
         entries += [("parameter", p) for p in self.parameters]
         names = [e.name for _, e in entries] + [v.name for v in self.velocities]
-        for name in sorted(n for n, count in Counter(names).items() if count > 1):
+        for name in repeated(names):
             yield f"name {name!r} is declared twice."
         for kind, entry in entries:
             fault = name_fault(entry.name)

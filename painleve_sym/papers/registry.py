@@ -16,7 +16,7 @@ from typing import Any
 
 from painleve_sym import papers
 from painleve_sym.checks import names_of, text_of
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.files import plain_fields
 from painleve_sym.interrupts import noted_interrupts
 from painleve_sym.papers.claims import Claims, ItemClaim, read_claims
@@ -165,8 +165,7 @@ def chosen_papers(name: str | None = None) -> tuple[Paper, ...]:
     known = known_papers()
     if name is None:
         return tuple(known.values())
-    if text_of(name, "reproduce: paper") not in known:
-        raise InputError(f"reproduce: {unknown_name('paper', name, known)}")
+    refuse_unknown("paper", text_of(name, "reproduce: paper"), known, "reproduce")
     return (known[name],)
 
 
@@ -186,8 +185,7 @@ def selected(
         raise InputError("reproduce: only: got no item, need at least one. Fix: leave it out.")
     known = {name for _, name in items} | {p.claims.items[name].group for p, name in items}
     for name in only:
-        if name not in known:
-            raise InputError(f"reproduce: {unknown_name('item', name, known)}")
+        refuse_unknown("item", name, known, "reproduce")
     return tuple((p, n) for p, n in items if n in only or p.claims.items[n].group in only)
 
 

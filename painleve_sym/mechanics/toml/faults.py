@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from painleve_sym.errors import MAX_NAME, InputError, ModelError, shortened
+from painleve_sym.errors import MAX_NAME, InputError, ModelError, refuse_faulty, shortened
 from painleve_sym.mechanics.toml.lines import Path, TomlLines
 
 MAX_FAULTS_READ = 200
@@ -47,10 +47,13 @@ class Faults:
             return
         self.faults.append(entry)
         if len(self.faults) == MAX_FAULTS_READ:
-            faults = [text for _, text in sorted(self.faults)]
-            raise ModelError(
-                self.where, [*faults, f"Reading stopped after {MAX_FAULTS_READ} faults."]
-            )
+            stopped = f"Reading stopped after {MAX_FAULTS_READ} faults."
+            raise ModelError(self.where, [*self.in_order, stopped])
+
+    @property
+    def in_order(self) -> list[str]:
+        """The faults in the order of the file."""
+        return [text for _, text in sorted(self.faults)]
 
     @contextmanager
     def at(self, *path: str | int) -> Iterator[None]:
@@ -62,5 +65,4 @@ class Faults:
 
     def raise_if_faulty(self) -> None:
         """Raise ModelError with all faults in the order of the file."""
-        if self.faults:
-            raise ModelError(self.where, [text for _, text in sorted(self.faults)])
+        refuse_faulty(self.where, self.in_order)
