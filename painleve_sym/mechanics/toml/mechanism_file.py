@@ -22,7 +22,7 @@ from painleve_sym.mechanics.quaternions import Quaternion, QuaternionPart, veloc
 from painleve_sym.mechanics.shapes import ContactGeometry, Shape, ShapeKind
 from painleve_sym.mechanics.spatial_bodies import SpatialBody
 from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
-from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
+from painleve_sym.mechanics.toml.expressions import CONSTANTS
 from painleve_sym.mechanics.toml.lines import toml_lines
 from painleve_sym.mechanics.toml.reader import Source, Table
 from painleve_sym.mechanics.toml.spatial_parts import (
@@ -131,13 +131,10 @@ class _Reader:
         sketch, shapes = self.top.text("sketch", ""), self.shapes()
         self.source.raise_if_faulty()
         assert system is not None
-        try:
+        with self.source.making("contacts"):
             parts = (system, contacts, domain, sketch, start, shapes)
             return Mechanism(self.name, title, source, *parts)
-        except ModelError as error:
-            self.source.model_faults(("contacts",), error)
-            self.source.raise_if_faulty()
-            raise
+        raise ModelError(self.source.where, self.source.in_order)
 
     # ---- names ----
 
@@ -235,8 +232,9 @@ class _Reader:
         if not named or len(self.source.faults) > before:
             return None
         first = next((k for k in ("energy", "bodies") if k in self.top), "coordinates")
-        try:
-            return LagrangianSystem.of_bodies(
+        system = None
+        with self.source.making(first):
+            system = LagrangianSystem.of_bodies(
                 self.name,
                 coordinates,
                 parameters,
@@ -248,9 +246,7 @@ class _Reader:
                 potential_energy=potential,
                 generalized_forces=forces,
             )
-        except ModelError as error:
-            self.source.model_faults((first,), error)
-            return None
+        return system
 
     def gravity(self) -> sp.Expr | tuple[sp.Expr, ...]:
         if is_triple(self.top, "gravity"):
@@ -392,17 +388,15 @@ def _body(table: Table, coordinates: Sequence[Coordinate]) -> Body:
 
 
 def _mode(table: Table, coordinates: Mapping[str, sp.Symbol]) -> Mode | None:
-    name = table.text("coordinate")
+    coordinate = table.named("coordinate", "coordinate", coordinates)
     momentum = table.pair("momentum", (0, 0))
     turning = table.formula("angular_momentum", 0)
     stretch = table.formula("stretch") if "stretch" in table else None
     mass, frequency = table.formula("mass"), table.formula("frequency")
     damping = table.formula("damping", 0)
-    if name not in coordinates:
-        if isinstance(table.entries.get("coordinate"), str):
-            table.fault(unknown_name("coordinate", name, coordinates), "coordinate")
+    if coordinate is None:
         return None
-    return Mode(coordinates[name], mass, frequency, damping, momentum, turning, stretch)
+    return Mode(coordinate, mass, frequency, damping, momentum, turning, stretch)
 
 
 def _spring(table: Table) -> Spring:
@@ -462,9 +456,7 @@ def _contact(
     before, kinds = table.source.stand_ins, [kind for kind in _KINDS if kind in table]
     symbols = {p.name: p.symbol for p in parameters}
     name, bilateral = table.text("name"), table.flag("bilateral", False)
-    friction = table.text("friction")
-    if isinstance(table.entries.get("friction"), str) and friction not in symbols:
-        table.fault(unknown_name("parameter", friction, symbols), "friction")
+    friction = table.named("friction", "parameter", symbols)
     if len(kinds) != 1:
         table.fault(f"got {' and '.join(kinds) or 'none'}, need one of point, disc, gap.")
         return None
@@ -495,14 +487,13 @@ def _contact(
     else:
         planar = [body for body in bodies if isinstance(body, Body)]
         make = _point(table, {**clock, **symbols}, planar)
-    if table.source.stand_ins > before or friction not in symbols or system is None:
+    if table.source.stand_ins > before or friction is None or system is None:
         return None
-    try:
+    contact = None
+    with table.source.making(*table.path):
         given = {} if in_space else {"bilateral": bilateral}
-        return make(name=name, system=system, friction=symbols[friction], **given)
-    except ModelError as error:
-        table.source.model_faults(table.path, error)
-        return None
+        contact = make(name=name, system=system, friction=friction, **given)
+    return contact
 
 
 def _surface(table: Table) -> dict[str, Any]:
@@ -519,19 +510,13 @@ def _disc(table: Table) -> dict[str, Any]:
 def _point_of_body(contact: Table, bodies: Sequence[Body]) -> tuple[sp.Expr, sp.Expr]:
     """Return the place of a material point of a named body, moved by the body's modes."""
     table = contact.table("point", ("body", "at", "shape"))
-    named, name, at = {body.name: body for body in bodies}, table.text("body"), table.pair("at")
-    shapes = table.table("shape")
+    body = table.named("body", "body", {body.name: body for body in bodies})
+    at, shapes = table.pair("at"), table.table("shape")
     values = {key: shapes.pair(key) for key in shapes}
-    if name not in named:
-        if isinstance(table.entries.get("body"), str):
-            table.fault(unknown_name("body", name, named), "body")
-    else:
-        body = named[name]
+    if body is not None:
         modes = {str(mode.coordinate): mode.coordinate for mode in body.modes}
-        try:
+        with table.source.making(*table.path):
             return body.point(at, {modes.get(k, sp.Symbol(k)): v for k, v in values.items()})
-        except ModelError as error:
-            table.source.model_faults(table.path, error)
     table.source.stand_ins += 1
     return sp.Integer(1), sp.Integer(1)
 
@@ -545,14 +530,6 @@ def _point(table: Table, names: Mapping[str, sp.Expr], bodies: Sequence[Body]) -
         return partial(Contact.of_point, point=point, **surface)
     if "slope" in table:
         table.fault("a curve says this. Fix: leave out slope or curve.", "slope")
-    for name in set(names) & {"x", "y"}:
-        fix = "Fix: rename the parameter."
-        table.fault(f"{name} means the place, not the parameter. {fix}", "curve")
-    place = {name: sp.Dummy(name, real=True) for name in ("x", "y")}
-    formula = table.formula("curve", formulas=Formulas({**names, **place}))
-
-    def curve(x: sp.Expr, y: sp.Expr) -> sp.Expr:
-        return formula.subs({place["x"]: x, place["y"]: y}, simultaneous=True)
-
+    curve = table.formula_of_place("curve", ("x", "y"), names)
     del surface["slope"]
     return partial(Contact.of_point, point=point, curve=curve, **surface)

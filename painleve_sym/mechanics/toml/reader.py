@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import sympy as sp
 
@@ -13,6 +14,8 @@ from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.toml.expressions import Formulas, TextFault
 from painleve_sym.mechanics.toml.faults import Faults, shown
 from painleve_sym.mechanics.toml.lines import Path, TomlLines
+
+T = TypeVar("T")
 
 
 class Source(Faults):
@@ -33,10 +36,14 @@ class Source(Faults):
         for fault in faults:
             self.fault(path, fault.message, self.lines.of_text(path, fault.line))
 
-    def model_faults(self, path: Path, error: ModelError) -> None:
-        """Note every fault of a part that could not be made."""
-        for message in error.faults:
-            self.fault(path, message)
+    @contextmanager
+    def making(self, *path: str | int) -> Iterator[None]:
+        """Note every fault of the part that is made inside, and continue after it."""
+        try:
+            yield
+        except ModelError as error:
+            for message in error.faults:
+                self.fault(path, message)
 
 
 @dataclass(frozen=True)
@@ -92,6 +99,13 @@ class Table:
         else:
             return value
         return default or ""
+
+    def named(self, key: str, kind: str, known: Mapping[str, T]) -> T | None:
+        """Return what a text names among those known of a kind; None, with a fault, otherwise."""
+        name = self.text(key)
+        if name not in known and isinstance(self.entries.get(key), str):
+            self.fault(unknown_name(kind, name, known), key)
+        return known.get(name)
 
     def number(self, key: str, default: float | None = None) -> float:
         """Return a finite number; a missing one is a fault where there is no default."""
@@ -158,6 +172,21 @@ class Table:
             (self.written(x, key, i, 0), self.written(y, key, i, 1))
             for i, (x, y) in enumerate(value)
         ]
+
+    def formula_of_place(
+        self, key: str, axes: Sequence[str], names: Mapping[str, sp.Expr]
+    ) -> Callable[..., sp.Expr]:
+        """Return a formula as a function of its place; it may use `names` beside the axes."""
+        for name in set(names) & set(axes):
+            fix = "Fix: rename the parameter."
+            self.fault(f"{name} means the place, not the parameter. {fix}", key)
+        place = {name: sp.Dummy(name, real=True) for name in axes}
+        formula = self.formula(key, formulas=Formulas({**names, **place}))
+
+        def at(*values: sp.Expr) -> sp.Expr:
+            return formula.subs(dict(zip(place.values(), values, strict=True)), simultaneous=True)
+
+        return at
 
     def written(self, value: Any, *keys: str | int, formulas: Formulas | None = None) -> sp.Expr:
         """Return the formula that a value is, under these keys; its faults are recorded."""

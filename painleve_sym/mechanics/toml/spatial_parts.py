@@ -8,11 +8,10 @@ from typing import Any
 
 import sympy as sp
 
-from painleve_sym.errors import ModelError, unknown_name
+from painleve_sym.errors import unknown_name
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.quaternions import Quaternion
 from painleve_sym.mechanics.spatial_bodies import Orientation, SpatialBody
-from painleve_sym.mechanics.toml.expressions import Formulas
 from painleve_sym.mechanics.toml.reader import Table
 
 BODY_IN_SPACE = ("name", "mass", "centre", "inertia", "orientation")
@@ -45,10 +44,8 @@ def body_in_space(table: Table, quaternions: Mapping[str, Quaternion]) -> Spatia
         table.fault(f"got {turns!r}, need turns such as {example}.", "orientation")
     else:
         angles = [(str(a), table.written(q, "orientation", i)) for i, (a, q) in enumerate(turns)]
-        try:
+        with table.source.making(*table.path, "orientation"):
             turned = Orientation(tuple(angles))
-        except ModelError as error:
-            table.source.model_faults((*table.path, "orientation"), error)
     centre, mass = table.vector("centre"), table.formula("mass")
     return SpatialBody(mass, (centre[0], centre[1], centre[2]), _inertia(table), turned, name)
 
@@ -84,16 +81,7 @@ def contact_in_space(
     if "normal" in table:
         table.fault("a surface says this. Fix: leave out normal or surface.", "normal")
         del given["normal"]
-    axes = ("x", "y", "z")
-    for name in set(names) & set(axes):
-        fix = "Fix: rename the parameter."
-        table.fault(f"{name} means the place, not the parameter. {fix}", "surface")
-    place = {name: sp.Dummy(name, real=True) for name in axes}
-    formula = table.formula("surface", formulas=Formulas({**names, **place}))
-
-    def surface(*at: sp.Symbol) -> sp.Expr:
-        return formula.subs(dict(zip(place.values(), at, strict=True)), simultaneous=True)
-
+    surface = table.formula_of_place("surface", ("x", "y", "z"), names)
     return partial(Contact.in_space, point=point, surface=surface, **given)
 
 
