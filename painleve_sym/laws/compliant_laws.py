@@ -13,7 +13,7 @@ from painleve_sym.choices import Reload, ReloadLike, chosen
 from painleve_sym.errors import EventKind, InputError
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FrictionLaw
-from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.declarations import Parameter, positive
 from painleve_sym.mechanics.materials import CONTACT_EXPONENT, HERTZ_EXPONENT
 from painleve_sym.units import Value
 
@@ -78,20 +78,17 @@ def _law(
 
 def _exponent() -> tuple[Parameter, Parameter]:
     """Exponent n of the compression law, and the length at which it equals Hertz's with n = 3/2."""
-    n = Parameter(
-        *("n", HERTZ_EXPONENT, "1", "exponent of the compression law", 0.0),
-        lower_closed=False,
-        material=CONTACT_EXPONENT,
-    )
+    meaning = "exponent of the compression law"
+    n = positive("n", HERTZ_EXPONENT, "1", meaning, CONTACT_EXPONENT)
     meaning = "compression at which the force is Hertz's, K_e = (4/3) E* sqrt(R*) l_0^(3/2 - n)"
-    return n, Parameter("l_0", 1.0, "m", meaning, 0.0, lower_closed=False)
+    return n, positive("l_0", 1.0, "m", meaning)
 
 
 def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
     """Modulus, Poisson's ratio and radius or curvature, of one body or of two."""
     if bodies == 1:
         E, nu = _elastic(0, ", both bodies")
-        R = Parameter("R", 0.00645, "m", "radius of the contact end", 0.0, lower_closed=False)
+        R = positive("R", 0.00645, "m", "radius of the contact end")
         return E, nu, R
     if bodies != 2:
         raise InputError(f"contact law: bodies: got {bodies!r}, need 1 or 2.")
@@ -105,12 +102,8 @@ def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
 def _elastic(body: int, whose: str) -> tuple[Parameter, Parameter]:
     """Return modulus and Poisson's ratio of body 1 or 2, or, for 0, of both."""
     end = f"_{body}" if body else ""
-    modulus = Parameter(
-        *(f"E{end}", 20.9e10, "Pa", f"elastic modulus{whose}", 0.0),
-        lower_closed=False,
-        material="young_modulus",
-        body=body,
-    )
+    meaning = f"elastic modulus{whose}"
+    modulus = positive(f"E{end}", 20.9e10, "Pa", meaning, "young_modulus", body)
     ratio = Parameter(
         *(f"nu{end}", 0.3, "1", f"Poisson's ratio{whose}", -1.0, 0.5),
         material="poisson_ratio",
@@ -350,7 +343,7 @@ def linear(**parameters: Value) -> ContactLaw:
         title="linear spring and dashpot",
         source="Hogan & Kristiansen (2017)",
         parameters=(
-            Parameter("k", 1e8, "N/m", "stiffness", 0.0, lower_closed=False),
+            positive("k", 1e8, "N/m", "stiffness"),
             Parameter("c", 0.0, "N s/m", "damping", 0.0),
         ),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from painleve_sym.choices import Friction, FrictionLike, Reload
 from painleve_sym.errors import InputError, refuse_faulty, repeated, unknown_name
@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from painleve_sym.laws.compliance import Branch, Exit
+
+
+_DECLARED = (
+    *("name", "title", "source", "parameters", "choices"),
+    *("unloading", "loading_name", "friction"),
+)
+"""What is known of a law before its formulas are made."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -180,18 +187,16 @@ class ContactLaw(Deferred):
                 law, parameters=parameters, choices=choices, source=source, friction=rubbing
             )
 
-        return ContactLaw.deferred(
-            make,
-            name=self.name,
-            title=self.title,
-            source=source,
-            parameters=parameters,
-            choices=choices,
-            unloading=self.unloading,
-            loading_name=self.loading_name,
-            friction=rubbing,
-            definition=f"{self.definition} with {rubbing.kind} friction",
-        )
+        changed = {"parameters": parameters, "choices": choices, "source": source}
+        end = f" with {rubbing.kind} friction"
+        return self._deferred(make, end, friction=rubbing, **changed)
+
+    def _deferred(
+        self, make: Callable[[], ContactLaw], definition: str, **changed: Any
+    ) -> ContactLaw:
+        """Return the law that is made later; its definition is this one's with an end."""
+        known = {name: getattr(self, name) for name in _DECLARED} | changed
+        return ContactLaw.deferred(make, definition=f"{self.definition}{definition}", **known)
 
     def of_contact(self, contact: str) -> ContactLaw:
         """Return the law with the contact's name behind those of its parameters and constants."""
@@ -211,19 +216,9 @@ class ContactLaw(Deferred):
 
     def _renamed(self, definition: str, new_name: Callable[[str], str]) -> ContactLaw:
         parameters = tuple(replace(p, name=new_name(p.name)) for p in self.parameters)
+        make = partial(self._with_names, new_name, parameters)
         friction = self.friction.renamed(new_name)
-        return ContactLaw.deferred(
-            partial(self._with_names, new_name, parameters),
-            friction=friction,
-            name=self.name,
-            title=self.title,
-            source=self.source,
-            parameters=parameters,
-            choices=self.choices,
-            unloading=self.unloading,
-            loading_name=self.loading_name,
-            definition=f"{self.definition}{definition}",
-        )
+        return self._deferred(make, definition, parameters=parameters, friction=friction)
 
     def _with_names(
         self, new_name: Callable[[str], str], parameters: tuple[Parameter, ...]

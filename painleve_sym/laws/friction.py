@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from painleve_sym.choices import Friction, FrictionLike, chosen
-from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.declarations import Parameter, positive
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -19,22 +19,12 @@ if TYPE_CHECKING:
 _STATIC_RATIO = Parameter(
     "static_ratio", 1.25, "1", "static friction over mu, the friction of fast slip", 1.0
 )
-_STRIBECK_VELOCITY = Parameter(
-    "stribeck_velocity",
-    0.01,
-    "m/s",
+_STRIBECK_VELOCITY = positive(
+    *("stribeck_velocity", 0.01, "m/s"),
     "slip velocity at which friction above mu has fallen to a half",
-    0.0,
-    lower_closed=False,
 )
-
-_TANGENTIAL_STIFFNESS = Parameter(
-    "tangential_stiffness",
-    1e8,
-    "N/m",
-    "stiffness k_t of the spring in series with friction",
-    0.0,
-    lower_closed=False,
+_TANGENTIAL_STIFFNESS = positive(
+    "tangential_stiffness", 1e8, "N/m", "stiffness k_t of the spring in series with friction"
 )
 
 _PARAMETERS: Mapping[Friction, tuple[Parameter, ...]] = {

@@ -77,11 +77,11 @@ def newton() -> RestitutionLaw:
     """
     e = Parameter("e_newton", 0.75, "1", "Newton's coefficient of restitution", 0.0, 1.0)
     return _named(
-        "newton",
-        "Newton's kinematic coefficient of restitution",
-        "Newton (1687); Brogliato (2016), ch. 4",
-        e,
-        "kinematic; can add energy where the slip stops or reverses during the impact",
+        name="newton",
+        title="Newton's kinematic coefficient of restitution",
+        source="Newton (1687); Brogliato (2016), ch. 4",
+        parameter=e,
+        note="kinematic; can add energy where the slip stops or reverses during the impact",
     )
 
 
@@ -99,11 +99,11 @@ def poisson() -> RestitutionLaw:
     """
     e = Parameter("e_poisson", 0.75, "1", "Poisson's coefficient of restitution", 0.0, 1.0)
     return _named(
-        "poisson",
-        "Poisson's kinetic coefficient of restitution",
-        "Poisson (1833); Routh (1905)",
-        e,
-        "kinetic; the compression can release more energy than it stored where the slip stops",
+        name="poisson",
+        title="Poisson's kinetic coefficient of restitution",
+        source="Poisson (1833); Routh (1905)",
+        parameter=e,
+        note="kinetic; the compression can release more energy than it stored where the slip stops",
     )
 
 
@@ -120,28 +120,22 @@ def energetic() -> RestitutionLaw:
     """
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
     return _named(
-        "energetic",
-        "Stronge's energetic coefficient of restitution",
-        "Stronge (1990)",
-        e,
-        "energetic; releases the part e² of the stored energy whatever the slip does",
+        name="energetic",
+        title="Stronge's energetic coefficient of restitution",
+        source="Stronge (1990)",
+        parameter=e,
+        note="energetic; releases the part e² of the stored energy whatever the slip does",
     )
 
 
-def _named(name: str, title: str, source: str, parameter: Parameter, note: str) -> RestitutionLaw:
+def _named(**known: Any) -> RestitutionLaw:
     """Return a named law, whose equation is written when it is asked for."""
-    known: dict[str, Any] = {
-        "name": name,
-        "title": title,
-        "source": source,
-        "parameter": parameter,
-        "note": note,
-    }
 
     def make() -> RestitutionLaw:
         from painleve_sym.laws.restitution_equation import EQUATIONS
 
-        return RestitutionLaw(**known, equation=EQUATIONS[name](parameter.symbol))
+        equation = EQUATIONS[known["name"]](known["parameter"].symbol)
+        return RestitutionLaw(**known, equation=equation)
 
     return RestitutionLaw.deferred(make, **known)
 

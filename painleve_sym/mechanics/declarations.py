@@ -169,6 +169,15 @@ class Parameter:
         return f"a finite number with {text}" if text != self.name else "a finite number"
 
 
+def positive(
+    name: str, default: float, unit: str, meaning: str, material: str = "", body: int = 1
+) -> Parameter:
+    """Return a parameter that must be > 0; `material` and `body` are those of `Parameter`."""
+    return Parameter(
+        name, default, unit, meaning, 0.0, lower_closed=False, material=material, body=body
+    )
+
+
 @dataclass(frozen=True)
 class DomainBound:
     """A condition the model needs: `margin` > 0 inside its domain.

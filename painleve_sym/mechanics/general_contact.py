@@ -7,12 +7,12 @@ from functools import lru_cache
 import sympy as sp
 
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import LagrangianSystem
 
-_W_TT = Parameter("W_tt", 1.0, "1/kg", "tangential mobility", 0.0, lower_closed=False)
-_A_STICK = Parameter("A_stick", 1.0, "1/kg", "mobility A' in sticking", 0.0, lower_closed=False)
+_W_TT = positive("W_tt", 1.0, "1/kg", "tangential mobility")
+_A_STICK = positive("A_stick", 1.0, "1/kg", "mobility A' in sticking")
 _KAPPA = Parameter("kappa", 0.0, "1", "W_nt/W_tt")
 _B_T = Parameter("b_t", 0.0, "m/s^2", "free tangential acceleration")
 _B_N = Parameter("b_n", -1.0, "m/s^2", "free normal acceleration")

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 from painleve_sym.mechanics.declarations import Parameter
-
-
-def positive(name: str, default: float, unit: str, meaning: str, material: str = "") -> Parameter:
-    """Return a parameter that must be > 0; `material` is the property of one that it stands for."""
-    return Parameter(name, default, unit, meaning, 0.0, lower_closed=False, material=material)
+from painleve_sym.mechanics.declarations import positive as positive
 
 
 def gravity() -> Parameter:
