@@ -5,7 +5,7 @@ from __future__ import annotations
 import graphlib
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import sympy as sp
@@ -106,6 +106,15 @@ class Section:
             return None
         lines = r" \\ ".join(formula._equation("&=") for formula in self.formulas)
         return rf"$\displaystyle \begin{{aligned}} {lines} \end{{aligned}}$"
+
+
+def alone(section: Section, contact: str) -> Section:
+    """Return a section with the name of its contact, which stands as if the others were open."""
+    formulas = tuple(
+        replace(f, name=f"{f.name}_{contact}", latex=rf"\left({f.latex}\right)_{{{contact}}}")
+        for f in section.formulas
+    )
+    return replace(section, title=f"{section.title}, {contact} alone", formulas=formulas)
 
 
 def plain(expr: sp.Basic) -> str:

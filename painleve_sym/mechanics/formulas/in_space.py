@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import sympy as sp
 
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.formulas.formula import Formula, Section
+from painleve_sym.mechanics.formulas.formula import Formula, Section, alone
 from painleve_sym.mechanics.formulas.one_contact import energies
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable, reduced
@@ -51,38 +51,32 @@ def spatial_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         note=note,
     )
     several = len(mechanism.contacts) > 1
-    own = [s for c in mechanism.contacts for s in _contact(mechanism, c, several)]
+    own = [
+        alone(section, contact.name) if several else section
+        for contact in mechanism.contacts
+        for section in _contact(mechanism, contact)
+    ]
     return (energies(mechanism), motion, *own)
 
 
-def _contact(mechanism: Mechanism, contact: Contact, several: bool) -> Iterator[Section]:
-    """Yield the sections of one contact; its name is added where there are several."""
-    end = f"_{contact.name}" if several else ""
-    title = f", {contact.name} alone" if several else ""
-
-    def formula(
-        name: str, value: sp.Basic | sp.MatrixBase, unit: str, meaning: str, latex: str
-    ) -> Formula:
-        text = rf"\left({latex}\right)_{{{contact.name}}}" if several else latex
-        return Formula(f"{name}{end}", value, unit, meaning, text)
-
+def _contact(mechanism: Mechanism, contact: Contact) -> Iterator[Section]:
     J = sp.Matrix.vstack(contact.J_N, contact.J_T)
     slips = sp.Matrix(contact.slip_velocities)
     place = (
-        formula("gap", contact.gap, "m", "gap g_N", "g_N"),
-        formula("slip_velocity", slips, "m/s", "slip velocities along t1 and t2", "v_t"),
-        formula("J", J, "SI", "Jacobian, rows n, t1, t2", "J"),
+        Formula("gap", contact.gap, "m", "gap g_N", "g_N"),
+        Formula("slip_velocity", slips, "m/s", "slip velocities along t1 and t2", "v_t"),
+        Formula("J", J, "SI", "Jacobian, rows n, t1, t2", "J"),
     )
     if sp.count_ops(mechanism.system.mass_matrix) > LONGEST:
-        yield Section(f"contact{title}", place, note=_TOO_LONG)
+        yield Section("contact", place, note=_TOO_LONG)
         return
     W, b = mobility(mechanism, contact)
     yield Section(
-        f"contact{title}",
+        "contact",
         (
             *place,
-            formula("W", W, "1/kg", "mobility J M^-1 J^T, rows n, t1, t2", "W"),
-            formula("b", b, "m/s^2", "accelerations without contact forces", "b"),
+            Formula("W", W, "1/kg", "mobility J M^-1 J^T, rows n, t1, t2", "W"),
+            Formula("b", b, "m/s^2", "accelerations without contact forces", "b"),
         ),
         note="a = W F + b",
     )
@@ -93,24 +87,24 @@ def _contact(mechanism: Mechanism, contact: Contact, several: bool) -> Iterator[
     along = w - mu * T * e
     meaning = "with F_n the slip v gains k F_n + b_t.e, and its angle turns by (h F_n + b_t.e')/v"
     yield Section(
-        f"slip along phi_slip{title}",
+        "slip along phi_slip",
         (
-            formula("A", A, "1/kg", "of the normal acceleration A F_n + B", "A"),
-            formula("B", b[0], "m/s^2", "normal acceleration without contact force", "B"),
-            formula("k", readable((e.T * along)[0]), "1/kg", meaning, "k"),
-            formula("h_t", readable((across.T * along)[0]), "1/kg", "h above", "h_t"),
+            Formula("A", A, "1/kg", "of the normal acceleration A F_n + B", "A"),
+            Formula("B", b[0], "m/s^2", "normal acceleration without contact force", "B"),
+            Formula("k", readable((e.T * along)[0]), "1/kg", meaning, "k"),
+            Formula("h_t", readable((across.T * along)[0]), "1/kg", "h above", "h_t"),
         ),
         note="F_t = -mu F_n e, e = (cos(phi_slip), sin(phi_slip)), e' a right angle ahead of e",
     )
     if w.is_zero_matrix:
-        yield Section(f"friction{title}", note="w = 0: A > 0 for every friction and slip.")
+        yield Section("friction", note="w = 0: A > 0 for every friction and slip.")
         return
     critical = readable(W[0, 0] / sp.sqrt(readable(w[0] ** 2 + w[1] ** 2)))
     yield Section(
-        f"friction and the paradox{title}",
+        "friction and the paradox",
         (
-            formula("mu_P", critical, "1", "critical friction: W_nn/|w|", r"\mu_P"),
-            formula("w", w, "1/kg", "direction of slip with the least A", "w"),
+            Formula("mu_P", critical, "1", "critical friction: W_nn/|w|", r"\mu_P"),
+            Formula("w", w, "1/kg", "direction of slip with the least A", "w"),
         ),
         note="A < 0 for slip within acos(mu_P/mu) of the direction of w",
     )

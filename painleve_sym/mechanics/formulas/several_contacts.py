@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import product
 
 import sympy as sp
 
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.mechanics.contact_set import ContactSet
-from painleve_sym.mechanics.formulas.formula import Formula, Section
+from painleve_sym.mechanics.formulas.formula import Formula, Section, alone
 from painleve_sym.mechanics.formulas.one_contact import contact_sections, energies
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable, reduced
@@ -40,8 +39,8 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         ),
         note=f"M q_ddot = h + J^T F with q = ({names}), F = ({forces})",
     )
-    alone = [
-        _named(section, contact.name)
+    own = [
+        alone(section, contact.name)
         for contact in contacts
         for section in contact_sections(mechanism.only(contact.name))
     ]
@@ -56,7 +55,7 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         ),
         note="a = W F + b",
     )
-    sections = (energies(mechanism), motion, *alone, coupled)
+    sections = (energies(mechanism), motion, *own, coupled)
     if mechanism.outline.held.any():
         return sections
     note = (
@@ -67,14 +66,6 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
     )
     formulas = tuple(_sliding_formulas(mechanism, W, b))
     return (*sections, Section(f"{count} contacts slide", formulas, note=note))
-
-
-def _named(section: Section, contact: str) -> Section:
-    formulas = tuple(
-        replace(f, name=f"{f.name}_{contact}", latex=rf"\left({f.latex}\right)_{{{contact}}}")
-        for f in section.formulas
-    )
-    return replace(section, title=f"{section.title}, {contact} alone", formulas=formulas)
 
 
 def _sliding_formulas(mechanism: Mechanism, W: sp.Matrix, b: sp.Matrix) -> Iterator[Formula]:
