@@ -13,7 +13,7 @@ from painleve_sym.mechanics.bodies import Scalar, expr, rate
 from painleve_sym.mechanics.declarations import NOT_DERIVED_FROM
 from painleve_sym.mechanics.shapes import PLACE, ContactGeometry, Shape
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import LagrangianSystem, sample_point, vanishes
+from painleve_sym.mechanics.system import LagrangianSystem, sample_values, vanishes
 
 Vector3 = tuple[Scalar, Scalar, Scalar]
 Surface = Callable[[sp.Symbol, sp.Symbol, sp.Symbol], sp.Expr]
@@ -115,7 +115,8 @@ class Contact:
         row = self._raw_J_N
         if any(entry.is_Number and entry != 0 for entry in row):
             return False
-        return all(vanishes(entry) for entry in row.xreplace(sample_point(row, seed)).evalf(30))
+        values = row.xreplace(sample_values(row.free_symbols, seed))
+        return all(vanishes(entry) for entry in values.evalf(30))
 
     @classmethod
     def of_point(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import functools
+import hashlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -24,6 +25,11 @@ def definition_text(value: Any) -> str:
     Fields marked as `NOT_DERIVED_FROM`, or left out of comparisons, play no part.
     """
     return _Writer(value).text(value)
+
+
+def definition_hash(value: Any) -> str:
+    """Return the hash of `definition_text`."""
+    return hashlib.sha256(definition_text(value).encode()).hexdigest()
 
 
 # A symbol occurs in every definition of a process; SymPy's own text of it takes 0.1 ms.

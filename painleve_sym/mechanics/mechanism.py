@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -205,13 +204,10 @@ class Mechanism(Shown, Deferred):
         outline = self.outline.only(f"mechanism {self.name!r}", name)
 
         def make() -> Mechanism:
-            from painleve_sym.mechanics.shapes import suggested_shapes
+            from painleve_sym.mechanics.drawing import drawn_shapes
 
             own = tuple(c for c in self.contacts if c.name == name)
-            shapes = self.shapes
-            if not (shapes or self.outline.in_space):
-                geometries = [c.geometry for c in self.contacts if c.geometry is not None]
-                shapes = suggested_shapes(self.system, geometries)
+            shapes = self.shapes if self.outline.in_space else drawn_shapes(self)
             return replace(self, contacts=own, shapes=shapes)
 
         return self._deferred(make, outline, f"{self.definition} contact {name} alone")
@@ -321,9 +317,8 @@ class Mechanism(Shown, Deferred):
     def coefficients(self) -> ContactCoefficients:
         """Coefficients of the only contact, in the plane."""
         self.require_planar()
-        from painleve_sym.mechanics.coefficients import ContactCoefficients
-
-        return ContactCoefficients(self.contact)
+        self.require_one_contact()
+        return self.all_coefficients[0]
 
     @cached_property
     def all_coefficients(self) -> tuple[ContactCoefficients, ...]:
@@ -331,8 +326,6 @@ class Mechanism(Shown, Deferred):
         self.require_planar()
         from painleve_sym.mechanics.coefficients import ContactCoefficients
 
-        if len(self.contacts) == 1:
-            return (self.coefficients,)
         return tuple(ContactCoefficients(c) for c in self.contacts)
 
     @cached_property
@@ -348,18 +341,17 @@ class Mechanism(Shown, Deferred):
     @cached_property
     def definition(self) -> str:
         """The hash of everything its derivations start from (`definition_text`)."""
-        from painleve_sym.mechanics.definition import definition_text
+        from painleve_sym.mechanics.definition import definition_hash
 
-        return hashlib.sha256(definition_text(self).encode()).hexdigest()
+        return definition_hash(self)
 
     @cached_property
     def drawing_definition(self) -> str:
         """The hash of what it is drawn with besides `definition`: bodies, shapes and contacts."""
-        from painleve_sym.mechanics.definition import definition_text
+        from painleve_sym.mechanics.definition import definition_hash
 
         geometries = [c.geometry for c in self.contacts]
-        text = definition_text((self.shapes, self.system.bodies, geometries))
-        return hashlib.sha256(text.encode()).hexdigest()
+        return definition_hash((self.shapes, self.system.bodies, geometries))
 
     @property
     def depends_on_time(self) -> bool:

@@ -174,9 +174,9 @@ def is_still(system: LagrangianSystem, values: Sequence[Scalar], *, driven: bool
     from painleve_sym.mechanics.system import sample_values, vanishes
 
     moving = [*system.q, *(() if driven else system.clock)]
+    symbols = set[sp.Symbol]().union(*(expr(v).free_symbols for v in values))
     for seed in (1, 2):
-        symbols = sorted(set().union(*(expr(v).free_symbols for v in values)), key=str)
-        at = dict(zip(symbols, sample_values(symbols, seed).values(), strict=True))
+        at = sample_values(symbols, seed)
         rates = (sp.diff(expr(v), s).xreplace(at).evalf(30) for v in values for s in moving)
         if not all(vanishes(r) for r in rates):
             return False

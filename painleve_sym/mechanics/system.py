@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.errors import refuse_faulty, repeated, unknown_name
+from painleve_sym.errors import refuse_faulty, refuse_unknown, repeated, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, rate, weight
 from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
@@ -54,17 +54,14 @@ def name_fault(name: str) -> str | None:
     return None
 
 
-def sample_point(matrix: sp.Matrix, seed: int) -> dict[sp.Symbol, sp.Expr]:
-    """Return exact values for the symbols of a matrix, to distinguish zero from what is not zero.
+def sample_values(symbols: Iterable[sp.Symbol], seed: int) -> dict[sp.Symbol, sp.Expr]:
+    """Return exact values of symbols, to distinguish zero from what is not zero.
 
-    What vanishes at the points of two seeds vanishes identically.
+    A formula that vanishes at the points of two seeds vanishes identically.
     """
-    return sample_values(sorted(matrix.free_symbols, key=str), seed)
-
-
-def sample_values(symbols: Sequence[sp.Symbol], seed: int) -> dict[sp.Symbol, sp.Expr]:
-    """Return the values of `sample_point` for these symbols."""
-    return {s: sp.Rational(7 * i + 11 * seed, 13 + i) for i, s in enumerate(symbols)}
+    return {
+        s: sp.Rational(7 * i + 11 * seed, 13 + i) for i, s in enumerate(sorted(symbols, key=str))
+    }
 
 
 def determinant(matrix: sp.Matrix) -> sp.Expr:
@@ -111,9 +108,8 @@ def not_finite(part: sp.Expr) -> str:
 
 def _points(formula: sp.Expr) -> Iterator[dict[sp.Symbol, sp.Expr]]:
     """Yield values of the symbols: of both signs, where they may be negative."""
-    symbols = sorted(formula.free_symbols, key=str)
     for seed, signs in ((1, (1, 1)), (2, (1, -1)), (1, (-1, 1)), (2, (-1, -1))):
-        values = sample_values(symbols, seed)
+        values = sample_values(formula.free_symbols, seed)
         yield {
             s: v if s.is_nonnegative else signs[i % 2] * v
             for i, (s, v) in enumerate(values.items())
@@ -361,13 +357,13 @@ class LagrangianSystem:
     def _is_positive(self, seed: int) -> bool:
         """Return whether T shows at a point that it is quadratic in q̇ with M positive definite."""
         kinetic = sp.sympify(self.kinetic_energy)
-        rest = sorted(kinetic.free_symbols - set(self.q_dot), key=str)
+        rest = kinetic.free_symbols - set(self.q_dot)
         terms = velocity_terms(kinetic, self.q_dot, sample_values(rest, seed))
         return terms is not None and clearly_positive(terms, len(self.velocities))
 
     @staticmethod
     def _mass_verdict(matrix: sp.Matrix, seed: int) -> str:
-        mass = matrix.xreplace(sample_point(matrix, seed)).evalf(30)
+        mass = matrix.xreplace(sample_values(matrix.free_symbols, seed)).evalf(30)
         n = mass.rows
         minors = [determinant(mass[:k, :k]) for k in range(1, n + 1)]
         if vanishes(minors[-1]):
@@ -389,6 +385,17 @@ class LagrangianSystem:
     def rates(self) -> dict[sp.Symbol, sp.Expr]:
         """Time derivatives of coordinates and time: q_i to q̇_i, a row of N(q) u; t to 1."""
         return _rates(self.coordinates, self.parameters)
+
+    @property
+    def defaults(self) -> dict[sp.Symbol, float]:
+        """Defaults of the parameters by symbol."""
+        return {p.symbol: p.default for p in self.parameters}
+
+    def coordinate(self, name: str, where: str) -> sp.Symbol:
+        """Return the symbol of a coordinate; InputError, by `where`, for another name."""
+        names = [c.name for c in self.coordinates]
+        refuse_unknown("coordinate", name, names, where)
+        return self.q[names.index(name)]
 
     @property
     def q(self) -> tuple[sp.Symbol, ...]:

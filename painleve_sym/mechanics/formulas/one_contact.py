@@ -252,8 +252,7 @@ def _minimum(
     if lowest.equation is None:
         where = " or ".join(_at(coordinate.symbol, lowest))
         return "", (Formula(key, lowest.value, "1", f"{smallest}, at {where}", left),)
-    defaults = {p.symbol: p.default for p in mechanism.system.parameters}
-    value, places = lowest.number(defaults)
+    value, places = lowest.number(mechanism.system.defaults)
     meaning = {lowest.root: f"{lowest.variable} at the minimum, a root of {key}_equation"}
     degree = sp.degree(lowest.equation, lowest.root)
     place = " or ".join(f"{x:.6g}" for x in places)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.simplify import readable, reduced, without_high_powers
 from painleve_sym.mechanics.system import sample_values
@@ -95,10 +95,7 @@ class CriticalFriction:
             sine, cosine or tangent, or its stationary values cannot be compared.
         """
         system = self.coefficients.contact.system
-        names = [c.name for c in system.coordinates]
-        if coordinate not in names:
-            raise InputError(f"{self.where}: {unknown_name('coordinate', coordinate, names)}")
-        q = system.q[names.index(coordinate)]
+        q = system.coordinate(coordinate, self.where)
         t = sp.Dummy("t", real=True)
         # W_nn > 0, and the sign of W_nt only tells the slip direction: both are candidates.
         ratio = readable(self.coefficients.W_nn / self.coefficients.W_nt)
@@ -163,12 +160,9 @@ class CriticalFriction:
         places = _quadratic_roots(slope, t)
         if self.slip:
             # The sign of W_nt at a place is that of the two axes: the same for all parameters.
-            defaults = self._defaults()
+            defaults = self.coefficients.contact.system.defaults
             places = [p for p in places if self.slip * form.subs(t, p).subs(defaults) > 0]
         return CriticalMinimum(value, variable, tuple(places))
-
-    def _defaults(self) -> dict[sp.Symbol, float]:
-        return {p.symbol: p.default for p in self.coefficients.contact.system.parameters}
 
     def _by_comparison(
         self, form: sp.Expr, variable: sp.Expr, t: sp.Symbol
@@ -303,8 +297,7 @@ def _turned_together(coefficients: ContactCoefficients) -> tuple[sp.Symbol, ...]
 def _vanishes(expr: sp.Expr) -> bool:
     """Return whether an expression is 0 for all values: asked of a number before it is searched."""
     whole = without_high_powers(expr)[0]
-    symbols = sorted(whole.free_symbols, key=str)
-    number = sp.N(whole.xreplace(sample_values(symbols, 1)), 30)
+    number = sp.N(whole.xreplace(sample_values(whole.free_symbols, 1)), 30)
     if number.is_Float and abs(number) > _NOT_ZERO:
         return False
     return bool(reduced(sp.fraction(sp.together(whole))[0]) == 0 or sp.simplify(whole) == 0)

@@ -7,7 +7,8 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.bodies import rate
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.impact.impulse_rays import Writer
 from painleve_sym.mechanics.paradox.critical_friction import in_one_variable
@@ -67,13 +68,15 @@ class SingularPoint:
     @cached_property
     def A_rate(self) -> sp.Expr:
         """α = Ȧ_s; 1/(kg s)."""
-        return self.write(self._along(self.coefficients.A(self.slip)))
+        system = self.coefficients.contact.system
+        return self.write(rate(self.coefficients.A(self.slip), system.rates))
 
     @cached_property
     def B_rate(self) -> sp.Expr:
         """β₀: Ḃ without contact force; m/s³."""
-        free = (self._velocity_gradient * self.coefficients.contact.system.free_acceleration)[0]
-        return self.write(self._along(self.coefficients.B) + free)
+        system = self.coefficients.contact.system
+        free = (self._velocity_gradient * system.free_acceleration)[0]
+        return self.write(rate(self.coefficients.B, system.rates) + free)
 
     @cached_property
     def B_rate_per_force(self) -> sp.Expr:
@@ -81,10 +84,6 @@ class SingularPoint:
         normal, tangential = self.coefficients.force_directions
         direction = normal - self.slip * self.coefficients.mu * tangential
         return self.write((self._velocity_gradient * direction)[0])
-
-    def _along(self, expr: sp.Expr) -> sp.Expr:
-        system = self.coefficients.contact.system
-        return sp.Add(*(sp.diff(expr, s) * rate for s, rate in system.rates.items()))
 
     @property
     def _velocity_gradient(self) -> sp.Matrix:
@@ -148,11 +147,8 @@ class SingularPoint:
             tangent, or the roots of r = 1 are not radicals.
         """
         system = self.coefficients.contact.system
-        names = [c.name for c in system.coordinates]
         where = f"singular point of mechanism {system.name!r}"
-        if coordinate not in names:
-            raise InputError(f"{where}: {unknown_name('coordinate', coordinate, names)}")
-        t, q = sp.Dummy("t", real=True), system.q[names.index(coordinate)]
+        t, q = sp.Dummy("t", real=True), system.coordinate(coordinate, where)
         ratio, variable = in_one_variable(self.on_A_zero(self.eigenvalue_ratio), q, t)
         friction, same = in_one_variable(self.critical_friction, q, t)
         if ratio is None or friction is None or variable != same:

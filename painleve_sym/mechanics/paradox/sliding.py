@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
+from painleve_sym.mechanics.bodies import rate
 from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
 
 
@@ -13,11 +14,7 @@ def coefficient_rates(coefficients: ContactCoefficients, slip: int = -1) -> tupl
     friction = -slip * coefficients.mu * F_N
     accelerations = coefficients.accelerations.xreplace({F_T: friction})
     rates = system.rates | dict(zip(system.q_dot, accelerations, strict=True))
-
-    def along(expr: sp.Expr) -> sp.Expr:
-        return sp.Add(*(expr.diff(s) * rate for s, rate in rates.items()))
-
-    return along(coefficients.A(slip)), along(coefficients.B)
+    return rate(coefficients.A(slip), rates), rate(coefficients.B, rates)
 
 
 def sliding_field(coefficients: ContactCoefficients, slip: int = -1) -> dict[sp.Symbol, sp.Expr]:
