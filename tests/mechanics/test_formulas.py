@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -87,6 +90,26 @@ def test_names_of_parts_are_free():
     long = sum((x + chi) ** k / (1 + (x + chi) ** 2 + sp.sin(x * chi)) for k in range(12))
     parts, _ = named_parts([long, long + 1])
     assert parts and all(str(symbol).startswith("xi_") for symbol in parts)
+
+
+def test_parts_have_the_same_names_in_every_run():
+    code = (
+        "from painleve_sym.laws.closed_forms import closed_forms\n"
+        "from painleve_sym.codegen.named_mechanisms import model\n"
+        "from painleve_sym.mechanics.formulas.formula import named_parts\n"
+        "forms = closed_forms(model('two-link-arm'))\n"
+        "print(named_parts([f.value for s in forms for f in s.formulas]))\n"
+    )
+    texts = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            check=True,
+        ).stdout
+        for seed in ("0", "1", "2")
+    }
+    assert len(texts) == 1
 
 
 def test_latex_begins_with_the_parts(capsys):

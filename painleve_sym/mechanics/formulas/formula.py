@@ -188,7 +188,8 @@ def _free(values: Iterable[sp.Expr]) -> set[sp.Basic]:
 
 def _in_order(parts: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
     """Return the parts so that each uses only earlier ones."""
-    needs = {symbol: p.free_symbols & parts.keys() for symbol, p in parts.items()}
+    # In the order of the parts: that of a set would differ from run to run.
+    needs = {symbol: [s for s in parts if s in p.free_symbols] for symbol, p in parts.items()}
     return {s: parts[s] for s in graphlib.TopologicalSorter(needs).static_order()}
 
 
