@@ -72,29 +72,20 @@ def _rod(
     g, mu = gravity(), friction(1.4)
     inertia = m.symbol * l.symbol**2 / alpha
     sin, cos = sp.sin(theta.symbol), sp.cos(theta.symbol)
-    centre_x_dot = x.rate - l.symbol * sin * theta.rate
-    centre_y_dot = y.rate + l.symbol * cos * theta.rate
-    kinetic = m.symbol * (centre_x_dot**2 + centre_y_dot**2) / 2 + inertia * theta.rate**2 / 2
     length = None if more else 2 * l.symbol
     centre = x.symbol + l.symbol * cos, y.symbol + l.symbol * sin
     body = Body(m.symbol, centre, inertia, theta.symbol, name="rod", length=length)
-    system = LagrangianSystem(
-        name=name,
-        coordinates=(x, y, theta),
-        parameters=(m, l, *more, g, mu),
-        kinetic_energy=kinetic,
-        potential_energy=m.symbol * g.symbol * (y.symbol + l.symbol * sin),
-        bodies=(body,),
+    system = LagrangianSystem.of_bodies(
+        name, (x, y, theta), (m, l, *more, g, mu), [body], gravity=g.symbol
     )
     lower = x.symbol, y.symbol
     upper = (x.symbol + 2 * l.symbol * cos, y.symbol + 2 * l.symbol * sin)
-    contact = Contact.of_point("A", system, lower, mu.symbol)
     return Mechanism(
         name=name,
         title=title,
         source=source,
         system=system,
-        contacts=(contact,),
+        contacts=(Contact.of_point("A", system, lower, mu.symbol),),
         domain=(
             DomainBound(theta.symbol, "the rod lies flat at theta = 0"),
             DomainBound(sp.pi - theta.symbol, "the rod lies flat at theta = pi"),
