@@ -35,8 +35,7 @@ def python_text(text: str) -> str:
     >>> python_text('a mass "m" of \\xi')
     'a mass \\"m\\" of \\\\xi'
     """
-    plain = " ".join(text.split()).replace("\\", "\\\\").replace('"', '\\"')
-    return "".join(c if c.isprintable() else _code(c) for c in plain)
+    return one_line(text.replace("\\", "\\\\").replace('"', '\\"'))
 
 
 def c_comment(text: str) -> str:
