@@ -16,6 +16,7 @@ from painleve_sym.papers.impact_resolution.claims import (
     STIFF,
 )
 from painleve_sym.papers.impact_resolution.runs import (
+    AXES,
     JUMP_UP,
     JUMP_UPS,
     SLIDING,
@@ -28,18 +29,7 @@ from painleve_sym.papers.impact_resolution.runs import (
     modulus_text,
 )
 from painleve_sym.papers.item import Outcome, checked, table
-from painleve_sym.papers.panels import (
-    ANGULAR_VELOCITY,
-    FORCE,
-    HEIGHT,
-    NORMAL_VELOCITY,
-    TIME_MS,
-    TIME_S,
-    Axis,
-    Panel,
-    line,
-    window,
-)
+from painleve_sym.papers.panels import FORCE, TIME_S, Axis, Panel, line, window
 
 SETTLED = 0.05
 """Part of −B/A within which the force counts as settled; from 1 to 5 % the times are the same."""
@@ -74,9 +64,7 @@ def reload_gain(run: Trajectory) -> float:
 def _force_panel(bench: Workbench, case: Case, title: str, kinds: tuple[str, ...] = ()) -> Panel:
     """Return F_n over time with the drifting −B/A beside it."""
     run = bench.run(case)
-    panel = history(
-        bench, [("$F_n$", case)], "normal_force", TIME_MS, FORCE, case.t_end, kinds, title
-    )
+    panel = history(bench, [("$F_n$", case)], "normal_force", case.t_end, kinds, title)
     times = np.linspace(0.0, case.t_end, 200)
     drift = line("$-B/A$", times, bench.sliding_force_along(run, times), "reference")
     return Panel(panel.x, FORCE.within(-0.7, 18.5), (*panel.curves, drift), panel.marks, title)
@@ -87,8 +75,8 @@ def _sliding_panels(bench: Workbench) -> tuple[Panel, ...]:
     kinds = ("max_compression", "reload")
     return (
         *(
-            history(bench, [("", soft)], name, TIME_MS, axis, soft.t_end, (), modulus_label(SOFT))
-            for name, axis in (("y_A", HEIGHT), ("y_A_dot", NORMAL_VELOCITY))
+            history(bench, [("", soft)], name, soft.t_end, (), modulus_label(SOFT))
+            for name in ("y_A", "y_A_dot")
         ),
         _force_panel(bench, soft, modulus_label(SOFT), kinds),
         _force_panel(bench, stiff, modulus_label(STIFF), kinds),
@@ -161,14 +149,11 @@ def compute_jump_ups(bench: Workbench) -> Outcome:
         }
         rows.append([force, leave.time if leave else 0.0, run.final["y_A_dot"]])
     named = [(rf"$F_{{n0}}={force:g}$ N", case) for force, case in JUMP_UPS.items()]
-    marks = ("separation",)
-    shown = {
-        "y_A": HEIGHT,
-        "y_A_dot": NORMAL_VELOCITY,
-        "theta_dot": ANGULAR_VELOCITY,
-        "normal_force": FORCE,
-    }
-    panels = tuple(history(bench, named, n, TIME_MS, y, end, marks) for n, y in shown.items())
+    axes = AXES | {"normal_force": FORCE}
+    panels = tuple(
+        history(bench, named, name, end, ("separation",), axes=axes)
+        for name in ("y_A", "y_A_dot", "theta_dot", "normal_force")
+    )
     leaving = ", ".join(f"{row[1] * 1e3:.3f}" for row in rows)
     return checked(
         f"force gone after {leaving} ms, slip never stops",

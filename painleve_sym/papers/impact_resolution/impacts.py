@@ -11,6 +11,7 @@ import numpy as np
 
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.runs import (
+    AXES,
     HARDER_IMPACTS,
     IMPACT,
     LOADED_HARDER,
@@ -26,19 +27,7 @@ from painleve_sym.papers.impact_resolution.runs import (
     needed,
 )
 from painleve_sym.papers.item import Outcome, checked, table
-from painleve_sym.papers.panels import (
-    ANGULAR_VELOCITY,
-    COMPRESSION,
-    FORCE_KN,
-    HEIGHT,
-    NORMAL_VELOCITY,
-    SLIP_VELOCITY,
-    TIME_MS,
-    Mark,
-    Panel,
-    line,
-    window,
-)
+from painleve_sym.papers.panels import COMPRESSION, FORCE_KN, Mark, Panel, line, window
 
 EVENTS = ("slip_stop", "max_compression", "separation")
 
@@ -97,15 +86,7 @@ def compute_impact(bench: Workbench) -> Outcome:
             np.isclose(leave["compression"], (1 - e**2) * top["compression"], rtol=1e-9)
         ),
     }
-    shown = {
-        "x_A_dot": SLIP_VELOCITY,
-        "y_A": HEIGHT,
-        "y_A_dot": NORMAL_VELOCITY,
-        "theta_dot": ANGULAR_VELOCITY,
-        "normal_force": FORCE_KN,
-    }
-    case = [("", IMPACT)]
-    histories = [history(bench, case, n, TIME_MS, y, end, EVENTS) for n, y in shown.items()]
+    histories = [history(bench, [("", IMPACT)], name, end, EVENTS) for name in AXES]
     return checked(
         f"{stop['time'] * 1e3:.4f}, {top['time'] * 1e3:.4f} ({top['normal_force']:.0f} N), "
         f"{leave['time'] * 1e3:.4f} ms, rebound {leave['y_A_dot']:.4f} m/s",
@@ -136,7 +117,7 @@ def compute_stiffer(cases: Mapping[float, Case], end: float, bench: Workbench) -
     }
     named = [(modulus_label(E), case) for E, case in cases.items()]
     kinds = ("max_compression", "separation")
-    panel = history(bench, named, "normal_force", TIME_MS, FORCE_KN, end, kinds)
+    panel = history(bench, named, "normal_force", end, kinds)
     first, last = rows[0], rows[-1]
     computed = (
         f"E = {modulus_text(first[0])} … {modulus_text(last[0])}: {first[2] * 1e3:.2f} … "
@@ -159,7 +140,7 @@ def compute_speeds(bench: Workbench) -> Outcome:
     }
     named = [(rf"$\dot{{x}}_A(0)={v:g}$ m/s", case) for v, case in OTHER_SPEEDS.items()]
     named.append((rf"$-1$ m/s, $F_{{n0}}={SPEED_FORCE:g}$ N", LOADED_SPEED))
-    panel = history(bench, named, "x_A_dot", TIME_MS, SLIP_VELOCITY, 0.5e-3, ("slip_stop",))
+    panel = history(bench, named, "x_A_dot", 0.5e-3, ("slip_stop",))
     data = {
         "table": table(["ẋ_A(0) (m/s)", *_COLUMNS], rows),
         "with_surface_energy": dict(zip(["initial_force", *_COLUMNS], loaded, strict=True)),
@@ -186,13 +167,8 @@ def compute_loaded(bench: Workbench) -> Outcome:
     rows = _peaks(bench, LOADED_IMPACTS)
     checks["the more surface energy, the shorter"] = all(a[2] > b[2] for a, b in pairwise(rows))
     named = [(rf"$F_{{n0}}={force:g}$ N", case) for force, case in LOADED_IMPACTS.items()]
-    shown = {
-        "x_A_dot": SLIP_VELOCITY,
-        "y_A_dot": NORMAL_VELOCITY,
-        "theta_dot": ANGULAR_VELOCITY,
-        "normal_force": FORCE_KN,
-    }
-    panels = tuple(history(bench, named, n, TIME_MS, y, end, EVENTS) for n, y in shown.items())
+    shown = ("x_A_dot", "y_A_dot", "theta_dot", "normal_force")
+    panels = tuple(history(bench, named, name, end, EVENTS) for name in shown)
     times = ", ".join(f"{row[1] * 1e3:.3f}" for row in rows)
     return checked(
         f"slip stops after {times} ms, then rebound",

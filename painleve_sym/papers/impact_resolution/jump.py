@@ -36,7 +36,7 @@ def _printed_jump(bench: Workbench) -> dict[str, float]:
     """Evaluate (14), (18) and (21) as printed, misprints corrected, at Table 3."""
     d = derived_forms(bench)
     system = bench.rod.system
-    values: dict[Any, Any] = {p.symbol: p.default for p in system.parameters}
+    values: dict[Any, Any] = dict(system.defaults)
     start = bench.state(3)
     values |= {s: start[s.name] for s in (*system.q, *system.q_dot)}
     values[d["e_s"]] = bench.simulator().parameters()["e_energetic"]

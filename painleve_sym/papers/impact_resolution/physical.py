@@ -162,8 +162,7 @@ def _before(name: str) -> tuple[str, ...]:
 def _at_rest(mechanism: Mechanism) -> dict[sp.Symbol, float]:
     """Return the mechanism's defaults, and its start without velocities and deflection."""
     system = mechanism.system
-    values = {p.symbol: p.default for p in system.parameters}
-    return values | {q: mechanism.start.get(q.name, 0.0) for q in system.q}
+    return system.defaults | {q: mechanism.start.get(q.name, 0.0) for q in system.q}
 
 
 COMPUTE = {

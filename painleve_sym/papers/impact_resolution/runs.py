@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -31,7 +31,20 @@ from painleve_sym.papers.impact_resolution.claims import (
     STIFFER,
     TABLES,
 )
-from painleve_sym.papers.panels import Axis, Mark, Panel, events_as_marks, line, window
+from painleve_sym.papers.panels import (
+    ANGULAR_VELOCITY,
+    FORCE_KN,
+    HEIGHT,
+    NORMAL_VELOCITY,
+    SLIP_VELOCITY,
+    TIME_MS,
+    Axis,
+    Mark,
+    Panel,
+    events_as_marks,
+    line,
+    window,
+)
 
 T = TypeVar("T")
 
@@ -119,11 +132,10 @@ class Workbench:
     def sliding_force(self) -> Callable[[Array, Array], Array]:
         """−B/A of leftward sliding as a function of θ and θ̇, with the default parameters; N."""
         system, c = self.rod.system, self.rod.coefficients
-        values = {p.symbol: p.default for p in system.parameters}
         names = {s.name: s for s in (*system.q, *system.q_dot)}
         arguments = [names["theta"], names["theta_dot"]]
         function: Callable[[Array, Array], Array] = sp.lambdify(
-            arguments, (-c.B / c.A(-1)).subs(values), modules="numpy"
+            arguments, (-c.B / c.A(-1)).subs(system.defaults), modules="numpy"
         )
         return function
 
@@ -142,10 +154,7 @@ LONG = 1.0
 
 SLIDING = {SOFT: Case(1, SOFT, 0.018), STIFF: Case(1, STIFF, 1.6e-3)}
 """Fig. 4; long enough for the forces that the paper reads off."""
-SLIDING_ELASTIC = {
-    SOFT: Case(1, SOFT, 0.018, reload="elastic"),
-    STIFF: Case(1, STIFF, 1.6e-3, reload="elastic"),
-}
+SLIDING_ELASTIC = {E: replace(case, reload="elastic") for E, case in SLIDING.items()}
 SLIDING_LOADED = Case(1, SOFT, 0.018, initial_force=3.0)
 """§3.1: a small initial surface energy."""
 JUMP_UP = Case(2, SOFT, 0.1)
@@ -215,15 +224,24 @@ def needed(run: Trajectory, kind: str) -> EventRecord:
     return event
 
 
+AXES = {
+    "x_A_dot": SLIP_VELOCITY,
+    "y_A": HEIGHT,
+    "y_A_dot": NORMAL_VELOCITY,
+    "theta_dot": ANGULAR_VELOCITY,
+    "normal_force": FORCE_KN,
+}
+"""What is drawn over time, with the axis of each."""
+
+
 def history(
     bench: Workbench,
     cases: Iterable[tuple[str, Case]],
     name: str,
-    x: Axis,
-    y: Axis,
     end: float,
     kinds: tuple[str, ...] = (),
     title: str = "",
+    axes: Mapping[str, Axis] = AXES,
 ) -> Panel:
     """Return one state or output over time, up to `end` in s, for several runs with their labels.
 
@@ -235,4 +253,4 @@ def history(
         times = window(run, 0.0, end)
         curves.append(line(label, times, run.values(name, times)))
         marks += events_as_marks(run, name, end, kinds)
-    return Panel(x.within(0.0, x.factor * end), y, tuple(curves), tuple(marks), title)
+    return Panel(TIME_MS.within(0.0, TIME_MS.factor * end), axes[name], tuple(curves), tuple(marks), title)
