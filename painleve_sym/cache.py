@@ -109,18 +109,14 @@ def _close(folder: Path) -> str | None:
     return None
 
 
+@functools.lru_cache(maxsize=8)
 def temporary_folder(folder: Path, problem: str) -> Path:
     """Return the folder that serves this process in place of the cache, with a notice."""
-    return _temporary(str(folder), problem)
-
-
-@functools.lru_cache(maxsize=8)
-def _temporary(folder: str, problem: str) -> Path:
     warnings.warn(
         f"cache folder {folder}: {problem}; compiled code is kept in a temporary folder for this "
         "run only. Fix: set PAINLEVE_CACHE to a folder of your own.",
         PainleveWarning,
-        stacklevel=5,
+        stacklevel=4,
     )
     path = Path(tempfile.mkdtemp(prefix="painleve-sym-"))
     atexit.register(_remove_at_exit, path, os.getpid())

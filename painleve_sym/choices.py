@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from typing import Literal, TypeAlias, TypeVar
 
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import refuse_unknown
 
 
 class EngineName(enum.StrEnum):
@@ -101,9 +101,5 @@ def chosen(kind: type[_Choice], value: str, meaning: str, where: str = "") -> _C
     >>> chosen(Policy, "slip", "policy")
     <Policy.SLIP: 'slip'>
     """
-    try:
-        return kind(value)
-    except ValueError:
-        place = f"{where}: " if where else ""
-        known = [member.value for member in kind]
-        raise InputError(place + unknown_name(meaning, str(value), known)) from None
+    refuse_unknown(meaning, str(value), (member.value for member in kind), where)
+    return kind(value)

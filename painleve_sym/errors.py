@@ -220,18 +220,6 @@ def refuse_unknown(kind: str, name: object, known: Iterable[str], where: str = "
         raise InputError(f"{where}: " * bool(where) + unknown_name(kind, name, names))
 
 
-def repeated(names: Iterable[str]) -> list[str]:
-    """Return the names that occur more than once, in alphabetical order."""
-    return sorted(name for name, count in Counter(names).items() if count > 1)
-
-
-def refuse_unknown(kind: str, name: object, known: Iterable[str], where: str = "") -> None:
-    """Raise InputError for a name that is not one of those known; `where` begins the message."""
-    names = list(known)
-    if name not in names:
-        raise InputError(f"{where}: " * bool(where) + unknown_name(kind, name, names))
-
-
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> str:
     """Return one sentence naming an unknown name, the nearest known one and all that are known."""
     name = name if isinstance(name, str) else repr(name)

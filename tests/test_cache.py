@@ -38,7 +38,7 @@ def used_instead(named, monkeypatch):
         assert load(SOURCE % 3).answer() == 3
     finally:
         shutil.rmtree(folder)
-        caching._temporary.cache_clear()
+        caching.temporary_folder.cache_clear()
 
 
 def test_file_in_place_of_the_cache_gives_a_temporary_one(tmp_path, monkeypatch):
@@ -120,7 +120,7 @@ def test_temporary_one_outlives_a_process_that_was_forked_off(tmp_path, monkeypa
     assert folder.exists()
     caching._remove_at_exit(folder, os.getpid())
     assert not folder.exists()
-    caching._temporary.cache_clear()
+    caching.temporary_folder.cache_clear()
 
 
 def test_full_disk_gives_a_temporary_one(cache, monkeypatch):
@@ -140,7 +140,7 @@ def test_full_disk_gives_a_temporary_one(cache, monkeypatch):
         assert path.parent != cache and path.exists()
     finally:
         shutil.rmtree(path.parent)
-        caching._temporary.cache_clear()
+        caching.temporary_folder.cache_clear()
 
 
 def test_compiler_that_finds_the_disk_full_gives_a_temporary_one(cache, tmp_path, monkeypatch):
@@ -158,7 +158,7 @@ def test_compiler_that_finds_the_disk_full_gives_a_temporary_one(cache, tmp_path
     with pytest.warns(PainleveWarning, match="No space left on device"):
         path = compiled_library(SOURCE % 6)
     shutil.rmtree(path.parent)
-    caching._temporary.cache_clear()
+    caching.temporary_folder.cache_clear()
 
 
 # ---- what others may have written ----

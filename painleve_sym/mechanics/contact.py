@@ -13,7 +13,7 @@ from painleve_sym.mechanics.bodies import Scalar, expr, rate
 from painleve_sym.mechanics.declarations import NOT_DERIVED_FROM
 from painleve_sym.mechanics.shapes import PLACE, ContactGeometry, Shape
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import LagrangianSystem, sample_values, vanishes
+from painleve_sym.mechanics.system import LagrangianSystem, vanish_everywhere
 
 Vector3 = tuple[Scalar, Scalar, Scalar]
 Surface = Callable[[sp.Symbol, sp.Symbol, sp.Symbol], sp.Expr]
@@ -103,20 +103,17 @@ class Contact:
             yield "gap depends on a velocity; need a function of the coordinates alone."
         if not gap.free_symbols & set(system.q):
             yield "gap depends on no coordinate: this contact has no normal motion."
-        elif all(self._is_still(seed) for seed in (1, 2)):
+        elif self._is_still():
             yield "gap changes with no coordinate: this contact has no normal motion."
         # As it comes, unless a velocity is left that may yet cancel: no search for short forms.
         velocities = set(system.q_dot)
         if self._raw_J_T.free_symbols & velocities and self.J_T.free_symbols & velocities:
             yield "slip velocity is not affine in the velocities."
 
-    def _is_still(self, seed: int) -> bool:
-        """Return whether no coordinate changes the gap at a point."""
+    def _is_still(self) -> bool:
+        """Return whether no coordinate changes the gap."""
         row = self._raw_J_N
-        if any(entry.is_Number and entry != 0 for entry in row):
-            return False
-        values = row.xreplace(sample_values(row.free_symbols, seed))
-        return all(vanishes(entry) for entry in values.evalf(30))
+        return not any(entry.is_Number and entry != 0 for entry in row) and vanish_everywhere(row)
 
     @classmethod
     def of_point(
@@ -307,6 +304,11 @@ class Contact:
     def J_T(self) -> sp.Matrix:
         """∂v_t/∂u, shape (1, n); (2, n) in space."""
         return self._raw_J_T.applyfunc(self.system.readable)
+
+    @property
+    def J(self) -> sp.Matrix:
+        """J_N above J_T, shape (2, n); (3, n) in space."""
+        return sp.Matrix.vstack(self.J_N, self.J_T)
 
     @property
     def _raw_J_T(self) -> sp.Matrix:

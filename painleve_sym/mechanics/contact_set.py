@@ -31,7 +31,7 @@ class ContactSet:
     @cached_property
     def J(self) -> sp.Matrix:
         """Jacobian of gaps and slip displacements, shape (2 n, number of coordinates)."""
-        return sp.Matrix.vstack(*[row for c in self for row in (c.J_N, c.J_T)])
+        return sp.Matrix.vstack(*[c.J for c in self])
 
     @cached_property
     def directions(self) -> sp.Matrix:
@@ -47,8 +47,7 @@ class ContactSet:
     def b(self) -> sp.Matrix:
         """Accelerations of the contacts without contact forces, shape (2 n, 1); m/s²."""
         free = self.J * self.mechanism.system.free_acceleration
-        biases = [p for c in self for p in (c.normal_bias, c.tangential_bias)]
-        return free + sp.Matrix(biases)
+        return free + sp.Matrix.vstack(*[c.biases for c in self])
 
     @property
     def mu(self) -> tuple[sp.Symbol, ...]:

@@ -171,16 +171,10 @@ def _local(system: LagrangianSystem, body: Body, point: Point) -> tuple[sp.Expr,
 
 def is_still(system: LagrangianSystem, values: Sequence[Scalar], *, driven: bool = False) -> bool:
     """Return whether expressions change with no coordinate, nor with the time unless `driven`."""
-    from painleve_sym.mechanics.system import sample_values, vanishes
+    from painleve_sym.mechanics.system import vanish_everywhere
 
     moving = [*system.q, *(() if driven else system.clock)]
-    symbols = set[sp.Symbol]().union(*(expr(v).free_symbols for v in values))
-    for seed in (1, 2):
-        at = sample_values(symbols, seed)
-        rates = (sp.diff(expr(v), s).xreplace(at).evalf(30) for v in values for s in moving)
-        if not all(vanishes(r) for r in rates):
-            return False
-    return True
+    return vanish_everywhere(sp.diff(expr(v), s) for v in values for s in moving)
 
 
 def _hull(points: Sequence[Point], values: dict[sp.Symbol, sp.Expr]) -> list[Point]:

@@ -81,6 +81,14 @@ def vanishes(number: sp.Expr) -> bool:
     return number is not sp.nan and bool(abs(number) <= sp.Float("1e-20"))
 
 
+def vanish_everywhere(formulas: Iterable[sp.Expr]) -> bool:
+    """Return whether formulas are zero for all values of their symbols, by those of two seeds."""
+    every = list(formulas)
+    symbols = set[sp.Symbol]().union(*(f.free_symbols for f in every))
+    points = [sample_values(symbols, seed) for seed in (1, 2)]
+    return all(vanishes(f.xreplace(point).evalf(30)) for point in points for f in every)
+
+
 def singular_part(formula: sp.Expr) -> sp.Expr | None:
     """Return a part that is zero everywhere, by which a formula divides, or whose root it takes.
 

@@ -60,12 +60,11 @@ def spatial_sections(mechanism: Mechanism) -> tuple[Section, ...]:
 
 
 def _contact(mechanism: Mechanism, contact: Contact) -> Iterator[Section]:
-    J = sp.Matrix.vstack(contact.J_N, contact.J_T)
     slips = sp.Matrix(contact.slip_velocities)
     place = (
         Formula("gap", contact.gap, "m", "gap g_N", "g_N"),
         Formula("slip_velocity", slips, "m/s", "slip velocities along t1 and t2", "v_t"),
-        Formula("J", J, "SI", "Jacobian, rows n, t1, t2", "J"),
+        Formula("J", contact.J, "SI", "Jacobian, rows n, t1, t2", "J"),
     )
     if sp.count_ops(mechanism.system.mass_matrix) > LONGEST:
         yield Section("contact", place, note=_TOO_LONG)
@@ -112,7 +111,7 @@ def _contact(mechanism: Mechanism, contact: Contact) -> Iterator[Section]:
 
 def mobility(mechanism: Mechanism, contact: Contact) -> tuple[sp.Matrix, sp.Matrix]:
     """Return W and b of a contact in space with the others open, rows n, t1, t2."""
-    system, J = mechanism.system, sp.Matrix.vstack(contact.J_N, contact.J_T)
+    system, J = mechanism.system, contact.J
     W = (J * system.inverse_mass_matrix * J.T).applyfunc(readable)
     b = (J * system.free_acceleration + contact.biases).applyfunc(readable)
     return W, b
