@@ -155,7 +155,8 @@ def named_parts(values: Sequence[Value]) -> tuple[dict[sp.Symbol, sp.Expr], list
     written = {entry: entry for entry in sorted(entries, key=sp.default_sort_key)}
     parts: dict[sp.Symbol, sp.Expr] = {}
     while (part := _best_part([*written.values(), *parts.values()], written.values())) is not None:
-        swap = {part: sp.Dummy(real=True)}
+        # A name of its own: by the number that SymPy gives, sums would differ from run to run.
+        swap = {part: sp.Dummy(f"part_{len(parts):04}", real=True)}
         written = {entry: w.xreplace(swap) for entry, w in written.items()}
         parts = {symbol: p.xreplace(swap) for symbol, p in parts.items()}
         parts[swap[part]] = part
