@@ -6,6 +6,7 @@ The formulas are made when they are first asked for: names and parameters need n
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -197,9 +198,7 @@ def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
     virgin = K_E * ramp(DELTA) ** N
     # Its sign is not known, and SymPy would search for it long.
     recovered = ramp((DELTA - delta_p) / e_squared, evaluate=False)
-    unloading = K_E * recovered**N
     work = K_E * ramp(DELTA) ** (N + 1) / (N + 1)
-    elastic_energy = e_squared * K_E * recovered ** (N + 1) / (N + 1)
     turn = {"elastic": "reload", "virgin": _LOADING}[reload]
     compression = Branch(
         _LOADING,
@@ -210,8 +209,8 @@ def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
     )
     restitution = Branch(
         _UNLOADING,
-        unloading,
-        elastic_energy,
+        K_E * recovered**N,
+        e_squared * K_E * recovered ** (N + 1) / (N + 1),
         sp.Integer(0),
         (
             Exit(EventKind.SEPARATION, DELTA - delta_p, SEPARATED),
@@ -220,18 +219,11 @@ def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
     )
     branches: tuple[Branch, ...] = (compression, restitution)
     if reload == "elastic":
-        branches += (
-            Branch(
-                "reload",
-                unloading,
-                elastic_energy,
-                sp.Integer(0),
-                (
-                    Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, _UNLOADING),
-                    Exit(EventKind.YIELD, DELTA_MAX - DELTA, _LOADING),
-                ),
-            ),
+        back = (
+            Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, _UNLOADING),
+            Exit(EventKind.YIELD, DELTA_MAX - DELTA, _LOADING),
         )
+        branches += (replace(restitution, name="reload", exits=back),)
         recontact = Exit(EventKind.TOUCHDOWN, delta_p - DELTA, "reload")
     else:
         recontact = Exit(EventKind.RELOAD, -DELTA_DOT, _LOADING)

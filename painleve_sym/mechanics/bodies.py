@@ -15,6 +15,9 @@ from painleve_sym.mechanics.bars import RoundBar, first_bending_wavenumber
 Scalar: TypeAlias = sp.Expr | float
 """What a formula may be given as: an expression or a number, never text."""
 
+Point: TypeAlias = tuple[Scalar, Scalar]
+"""Cartesian (x, y) as functions of q, t and parameters; m."""
+
 Rates: TypeAlias = Mapping[sp.Symbol, sp.Expr]
 """Coordinates to their velocities, and the time to 1 (`LagrangianSystem.rates`)."""
 
@@ -29,6 +32,13 @@ def rate(value: Scalar, rates: Rates) -> sp.Expr:
     value = expr(value)
     pairs = [(s, v) for s, v in rates.items() if s in value.free_symbols]
     return sum((sp.diff(value, s) * v for s, v in pairs), sp.Integer(0))
+
+
+def moved(origin: Point, by: Point, angle: Scalar) -> tuple[sp.Expr, sp.Expr]:
+    """Return origin + R(angle) by."""
+    c, s = sp.cos(angle), sp.sin(angle)
+    x, y = (expr(part) for part in by)
+    return expr(origin[0]) + c * x - s * y, expr(origin[1]) + s * x + c * y
 
 
 @dataclass(frozen=True)
@@ -197,7 +207,7 @@ class Body:
                 q = mode.coordinate
                 inertia += 2 * expr(mode.stretch) * q + expr(mode.mass) * q**2
         kinetic = expr(self.mass) * sum(v**2 for v in speeds) / 2 + inertia * turn**2 / 2
-        shift = [rate(p, rates) for p in self._turned(self._mass_shift)]
+        shift = [rate(p, rates) for p in self._mass_shift]
         kinetic += sum(v * p for v, p in zip(speeds, shift, strict=True))
         for mode in self.modes:
             speed = rates[mode.coordinate]
@@ -206,18 +216,11 @@ class Body:
 
     @property
     def _mass_shift(self) -> tuple[sp.Expr, sp.Expr]:
-        """∫φ dm q summed over the modes, in the body's frame: m times the mass centre's shift."""
+        """∫φ dm q summed over the modes: m times the mass centre's shift, along x and y."""
         x, y = (
             sum((expr(m.momentum[i]) * m.coordinate for m in self.modes), sp.S.Zero) for i in (0, 1)
         )
-        return x, y
-
-    def _turned(self, vector: tuple[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Expr]:
-        """Return a vector of the body's frame in the directions x, y."""
-        if vector == (0, 0):
-            return vector
-        c, s = sp.cos(expr(self.angle)), sp.sin(expr(self.angle))
-        return c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]
+        return moved((0, 0), (x, y), self.angle)
 
     def point(
         self, at: tuple[Scalar, Scalar], shape: Shape | None = None
@@ -249,17 +252,16 @@ class Body:
             if q not in modes
         ]
         refuse_faulty(f"point of {self.name}", faults)
-        moved = [
+        x, y = (
             expr(at[i]) + sum((expr(values[i]) * q for q, values in shape.items()), sp.S.Zero)
             for i in (0, 1)
-        ]
-        x, y = self._turned((moved[0], moved[1]))
-        return expr(self.centre[0]) + x, expr(self.centre[1]) + y
+        )
+        return moved(self.centre, (x, y), self.angle)
 
     @property
     def mass_moment(self) -> tuple[sp.Expr, sp.Expr]:
         """m (x, y) of the mass centre of the deformed body; kg m."""
-        x, y = self._turned(self._mass_shift)
+        x, y = self._mass_shift
         mass = expr(self.mass)
         return mass * expr(self.centre[0]) + x, mass * expr(self.centre[1]) + y
 

@@ -10,17 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from painleve_sym.mechanics.bodies import Body, Scalar, expr
+from painleve_sym.mechanics.bodies import Body, Point, Scalar, expr, moved
 
 if TYPE_CHECKING:
     from painleve_sym.mechanics.system import LagrangianSystem
-
-Point: TypeAlias = tuple[Scalar, Scalar]
-"""Cartesian (x, y) as functions of q, t and parameters; m."""
 
 PLACE = (sp.Symbol("place x", real=True), sp.Symbol("place y", real=True))
 """A place (x, y) of the plane, in the formula of a surface; m. No parameter can have this name."""
@@ -72,12 +69,12 @@ class Shape:
     def box(cls, centre: Point, width: Scalar, height: Scalar, angle: Scalar = 0) -> Shape:
         """Return a rectangle with its middle, its sides (m) and the angle of its width (rad)."""
         half = [(a * expr(width) / 2, b * expr(height) / 2) for a, b in _SIGNS]
-        return cls.polygon(*(_moved(centre, corner, angle) for corner in half))
+        return cls.polygon(*(moved(centre, corner, angle) for corner in half))
 
     @classmethod
     def disc(cls, centre: Point, radius: Scalar, angle: Scalar = 0) -> Shape:
         """Return a circle with its middle, its radius (m) and the angle of a mark on it (rad)."""
-        return cls(ShapeKind.DISC, (centre, _moved(centre, (expr(radius), sp.Integer(0)), angle)))
+        return cls(ShapeKind.DISC, (centre, moved(centre, (expr(radius), sp.Integer(0)), angle)))
 
     @classmethod
     def dot(cls, place: Point) -> Shape:
@@ -118,13 +115,6 @@ class ContactGeometry:
 _SIGNS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
-def _moved(origin: Point, by: Point, angle: Scalar) -> tuple[sp.Expr, sp.Expr]:
-    """Return origin + R(angle) by."""
-    c, s = sp.cos(angle), sp.sin(angle)
-    x, y = (expr(part) for part in by)
-    return expr(origin[0]) + c * x - s * y, expr(origin[1]) + s * x + c * y
-
-
 def suggested_shapes(
     system: LagrangianSystem, geometries: Sequence[ContactGeometry]
 ) -> tuple[Shape, ...]:
@@ -154,14 +144,14 @@ def _body_shape(system: LagrangianSystem, points: Sequence[Point], body: Body) -
             return Shape.dot(body.centre)
         half = sp.sqrt(3 * expr(body.inertia) / expr(body.mass))
         corners = [(-half, sp.Integer(0)), (half, sp.Integer(0))]
-    placed = [_moved(body.centre, corner, body.angle) for corner in corners]
+    placed = [moved(body.centre, corner, body.angle) for corner in corners]
     return Shape.stick(*placed) if len(placed) == 2 else Shape.polygon(*placed)
 
 
 def _local(system: LagrangianSystem, body: Body, point: Point) -> tuple[sp.Expr, sp.Expr] | None:
     """Return a point in the axes of a body, or None where it does not move with the body."""
     x, y = (expr(p) - expr(c) for p, c in zip(point, body.centre, strict=True))
-    local = _moved((0, 0), (x, y), -expr(body.angle))
+    local = moved((0, 0), (x, y), -expr(body.angle))
     if not is_still(system, local):
         return None
     # What does not depend on the place has the same value at any.
