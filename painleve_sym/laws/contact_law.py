@@ -25,7 +25,7 @@ _DECLARED = (
     *("name", "title", "source", "parameters", "choices"),
     *("unloading", "loading_name", "friction"),
 )
-"""What is known of a law before its formulas are made."""
+"""Fields that a law has before its formulas are made."""
 
 
 @dataclass(frozen=True, repr=False)
