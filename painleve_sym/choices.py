@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from typing import Literal, TypeAlias, TypeVar
 
-from painleve_sym.errors import refuse_unknown
+from painleve_sym.errors import InputError, unknown_name
 
 
 class EngineName(enum.StrEnum):
@@ -101,5 +101,9 @@ def chosen(kind: type[_Choice], value: str, meaning: str, where: str = "") -> _C
     >>> chosen(Policy, "slip", "policy")
     <Policy.SLIP: 'slip'>
     """
-    refuse_unknown(meaning, str(value), (member.value for member in kind), where)
-    return kind(value)
+    try:
+        return kind(value)
+    except ValueError:
+        place = f"{where}: " if where else ""
+        known = [member.value for member in kind]
+        raise InputError(place + unknown_name(meaning, str(value), known)) from None
