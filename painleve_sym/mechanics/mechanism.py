@@ -204,10 +204,13 @@ class Mechanism(Shown, Deferred):
         outline = self.outline.only(f"mechanism {self.name!r}", name)
 
         def make() -> Mechanism:
-            from painleve_sym.mechanics.drawing import drawn_shapes
+            from painleve_sym.mechanics.shapes import suggested_shapes
 
             own = tuple(c for c in self.contacts if c.name == name)
-            shapes = self.shapes if self.outline.in_space else drawn_shapes(self)
+            shapes = self.shapes
+            if not (shapes or self.outline.in_space):
+                geometries = [c.geometry for c in self.contacts if c.geometry is not None]
+                shapes = suggested_shapes(self.system, geometries)
             return replace(self, contacts=own, shapes=shapes)
 
         return self._deferred(make, outline, f"{self.definition} contact {name} alone")
