@@ -253,4 +253,5 @@ def history(
         times = window(run, 0.0, end)
         curves.append(line(label, times, run.values(name, times)))
         marks += events_as_marks(run, name, end, kinds)
-    return Panel(TIME_MS.within(0.0, TIME_MS.factor * end), axes[name], tuple(curves), tuple(marks), title)
+    x = TIME_MS.within(0.0, TIME_MS.factor * end)
+    return Panel(x, axes[name], tuple(curves), tuple(marks), title)
