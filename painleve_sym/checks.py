@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.errors import MAX_FAULTS, InputError, received, unknown_name
 from painleve_sym.units import in_unit
 
 LARGEST = 1e100
@@ -116,11 +116,14 @@ def checked_values(
     """Return a number for every name of the defaults: the given one, else the default.
 
     A text is a number with a unit, which becomes one in `unit(name)`; `fault` returns a sentence
-    where a finite number cannot have its name. InputError for all faults at once, with `where` in
-    front; `kind` is what a name stands for, such as ``parameter``.
+    where a finite number cannot have its name. InputError for all faults at once, of many the first
+    `MAX_FAULTS`, with `where` in front; `kind` is what a name stands for, such as ``parameter``.
     """
     values, faults = dict(defaults), list[str]()
     for name, value in given.items():
+        if len(faults) == MAX_FAULTS:
+            faults.append("What follows was not checked.")
+            break
         if name not in defaults:
             faults.append(unknown_name(kind, name, defaults))
             continue

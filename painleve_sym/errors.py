@@ -15,8 +15,7 @@ MAX_NAME, MAX_COMPARED = 100, 1000
 MAX_SHOWN = 80
 """Characters of a value in a message about its type."""
 MAX_FAULTS, MAX_LISTED = 20, 4000
-"""Faults that the message of a `ModelError` lists, and their characters in all; `ModelError.faults`
-has all of them."""
+"""Faults that a message lists, and their characters in all; `ModelError.faults` has all of them."""
 
 
 def shortened(message: str, limit: int = MAX_MESSAGE) -> str:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from painleve_sym.checks import LARGEST, checked_number, number, whole_number
-from painleve_sym.errors import InputError
+from painleve_sym.checks import LARGEST, checked_number, checked_values, number, whole_number
+from painleve_sym.errors import MAX_FAULTS, InputError
 
 
 @given(st.floats(), st.floats(-1e120, 1e120), st.floats(0, 1e120))
@@ -51,3 +51,17 @@ def test_whole_number_outside_its_range_or_of_another_type_is_refused(value):
 
 def test_whole_number_in_range_is_returned():
     assert whole_number(3, "n", where="case", lower=1, upper=3) == 3
+
+
+def test_of_many_unknown_names_the_first_are_compared_and_the_rest_is_not(monkeypatch):
+    compared = []
+
+    def unknown(kind, name, known):
+        compared.append(name)
+        return f"unknown {kind} {name!r}."
+
+    monkeypatch.setattr("painleve_sym.checks.unknown_name", unknown)
+    given_values = {f"x{i}": 1.0 for i in range(10 * MAX_FAULTS)}
+    with pytest.raises(InputError, match="x0.*What follows was not checked"):
+        checked_values("place", "state", given_values, {"theta": 0.0}, lambda name: "rad")
+    assert compared == list(given_values)[:MAX_FAULTS]

@@ -123,9 +123,9 @@ from __future__ import annotations
 
 from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate
+from painleve_sym.mechanics.declarations import Coordinate, positive
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.system import LagrangianSystem
 
 

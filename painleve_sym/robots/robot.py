@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import by_name, checked_number, names_of, number
+from painleve_sym.checks import by_name, checked_values, names_of, number
 from painleve_sym.errors import InputError, received, refuse_unknown, unknown_name
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
 from painleve_sym.robots.robot_contact import RobotContact
 from painleve_sym.robots.robot_file import read_robot
 from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion, unit_vector
 from painleve_sym.robots.urdf import srdf_poses
+from painleve_sym.units import Value
 
 OTHERS = ("free", "stuck")
 """What the other contacts do: they carry no force that changes, or do not accelerate."""
@@ -67,7 +68,7 @@ class Robot:
         point: Sequence[float] = (0.0, 0.0, 0.0),
         normal: Sequence[float] = (0.0, 0.0, 1.0),
         radius: float = 0.0,
-        joints: Mapping[str, float] | None = None,
+        joints: Mapping[str, Value] | None = None,
         pose: str | None = None,
         locked: str | Sequence[str] = (),
         others: str = "free",
@@ -84,8 +85,9 @@ class Robot:
             Of the surface, in the axes of the world: from the ground to the robot.
         radius : float
             Of round feet, m.
-        joints : mapping of str to float, optional
-            Values of joints, rad or m; others are those of the pose, or nearest to 0.
+        joints : mapping of str to (float or str), optional
+            Values of joints, rad or m, or texts with a unit; others are those of the pose, or
+            nearest to 0.
         pose : str, optional
             A named pose: keyframe of MJCF, group state of SRDF.
         locked : str or sequence of str
@@ -135,7 +137,7 @@ class Robot:
         return RobotContact(dynamics, at, others == "stuck" and len(names) > 1)
 
     def _pose(
-        self, joints: Mapping[str, float] | None, pose: str | None
+        self, joints: Mapping[str, Value] | None, pose: str | None
     ) -> tuple[dict[str, float], Array]:
         """Return values of all joints, and the angles of the base."""
         where, tree = self.where, self.tree
@@ -143,16 +145,14 @@ class Robot:
             hint = "" if tree.poses else " Fix: name the SRDF file of the robot."
             raise InputError(f"{where}: {unknown_name('pose', pose, tree.poses)}{hint}")
         named = Pose({}) if pose is None else tree.poses[pose]
-        values = {name: named.joints.get(name, j.rest) for name, j in tree.joints.items()}
-        faults = []
-        for name, value in by_name(joints, f"{where}: joints", "{'knee': 0.5}").items():
-            if name not in tree.joints:
-                faults.append(unknown_name("joint", name, tree.joints))
-                continue
-            values[name], fault = checked_number(value, f"joint {name}")
-            faults += filter(None, [fault or tree.joints[name].fault(values[name])])
-        if faults:
-            raise InputError(f"{where}: " + " ".join(faults))
+        values = checked_values(
+            where,
+            "joint",
+            by_name(joints, f"{where}: joints", "{'knee': 0.5}"),
+            {name: named.joints.get(name, j.rest) for name, j in tree.joints.items()},
+            lambda name: tree.joints[name].unit,
+            lambda name, value: tree.joints[name].fault(value),
+        )
         R = rotation_quaternion(named.base, f"{where}: pose {pose}")
         roll, yaw = math.atan2(R[2, 1], R[2, 2]), math.atan2(R[1, 0], R[0, 0])
         return values, np.array([roll, math.asin(max(-1.0, min(1.0, -R[2, 0]))), yaw])

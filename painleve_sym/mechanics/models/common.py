@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.declarations import positive as positive
 
 
 def gravity() -> Parameter:

@@ -6,9 +6,9 @@ import sympy as sp
 
 from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.system import LagrangianSystem
 
 

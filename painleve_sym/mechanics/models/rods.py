@@ -7,9 +7,9 @@ import sympy as sp
 from painleve_sym.mechanics.bars import STATIONS, RoundBar, axial_modes, bending_modes
 from painleve_sym.mechanics.bodies import Body, Mode
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
