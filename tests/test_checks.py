@@ -62,6 +62,6 @@ def test_of_many_unknown_names_the_first_are_compared_and_the_rest_is_not(monkey
 
     monkeypatch.setattr("painleve_sym.checks.unknown_name", unknown)
     given_values = {f"x{i}": 1.0 for i in range(10 * MAX_FAULTS)}
-    with pytest.raises(InputError, match="x0.*What follows was not checked"):
+    with pytest.raises(InputError, match=r"x0.*What follows was not checked"):
         checked_values("place", "state", given_values, {"theta": 0.0}, lambda name: "rad")
     assert compared == list(given_values)[:MAX_FAULTS]
