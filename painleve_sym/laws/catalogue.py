@@ -91,11 +91,15 @@ def choices_by_contact(laws: Mapping[str, OwnLaw]) -> dict[str, str]:
     return choices
 
 
+def each_law(given: Law | Mapping[str, Law]) -> tuple[Law, ...]:
+    """Return the law, or those of all contacts."""
+    return tuple(given.values()) if isinstance(given, Mapping) else (given,)
+
+
 def offered_choices(given: Law | LawsByContact) -> dict[str, str]:
     """Return every named choice of a law and its value, also Coulomb's friction."""
-    own = given.values() if isinstance(given, LawsByContact) else (given,)
-    friction = {"friction": str(Friction.COULOMB)} if any(o.is_compliant for o in own) else {}
-    return {**friction, **given.choices}
+    yields = any(own.is_compliant for own in each_law(given))
+    return {**({"friction": str(Friction.COULOMB)} if yields else {}), **given.choices}
 
 
 def law(name: str, **choices: str) -> Law | LawsByContact:

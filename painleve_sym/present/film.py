@@ -56,12 +56,12 @@ class FilmPicture:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         self.scene, self.rate = scene, rate
-        self.several = len(scene.contacts) > 1
+        self.legend = len(scene.contacts) > 1  # an only contact needs no name
         close = {c: scene.close_up(c) for c in scene.contacts}
         chosen = [(c, near) for c, near in close.items() if near is not None][:INSETS]
         frame = _Frame.of(scene, len(chosen))
         inches = width / DPI
-        strip = 0.16 if self.several else 0.0
+        strip = 0.16 if self.legend else 0.0
         # Whole numbers of pixels that are even, which video needs.
         height = 2 * round((width * 0.9 * frame.ratio + 165 + strip * DPI) / 2) / DPI
         self.figure = Figure(figsize=(inches, height))
@@ -74,7 +74,7 @@ class FilmPicture:
             rectangle = np.concatenate([box[:2] + place * box[2:], frame.share * box[2:]])
             axes = self.figure.add_axes(tuple(rectangle), zorder=10)
             times = frame.share[0] * frame.size[0] / near
-            name = f"{figure_text(contact)} " if self.several else ""
+            name = f"{figure_text(contact)} " * self.legend
             title = f"{name}× {float(f'{times:.1e}'):,.0f}"
             self.insets.append(_Inset(axes, scene, contact, near, title))
         self.strip = self.figure.add_axes((0.14, 0.38 / height, 0.81, 0.56 / height))
@@ -131,7 +131,7 @@ class FilmPicture:
         scale, unit = scaled_unit("N", largest)
         for k, (name, force) in enumerate(zip(scene.contacts, forces, strict=True)):
             look: dict[str, Any] = {"color": NORMAL, "linewidth": 1.0}
-            if self.several:
+            if self.legend:
                 look |= {"color": CONTACTS[k % len(CONTACTS)], "linestyle": DASHES[k % len(DASHES)]}
             axes.plot(film, force * scale, label=figure_text(name), **look)
         self.moments = moments(self._events(), scene.times)
@@ -151,7 +151,7 @@ class FilmPicture:
         axes.set_xticks(ticks / self.rate, [f"{scene.times[i] * self.factor:.3g}" for i in ticks])
         words = text_label("time, magnified where it is short", self.unit)
         axes.set_xlabel(words, fontsize=7, labelpad=1)
-        if self.several:
+        if self.legend:
             # Above the strip, where no curve is.
             legend = axes.legend(
                 fontsize=7, loc="lower right", bbox_to_anchor=(1, 1), ncols=6, borderaxespad=0.1
@@ -185,7 +185,7 @@ class FilmPicture:
             arrows.show(i, min(own) / since if own else None)
         self.cursor.set_xdata([i / self.rate] * 2)
         self.clock.set_text(self._clock(i))
-        texts = [f"{t} ({figure_text(c)})" if c and self.several else t for t, c, _ in recent]
+        texts = [f"{t} ({figure_text(c)})" if c and self.legend else t for t, c, _ in recent]
         self.label.set_text(", ".join(list(dict.fromkeys(texts))[-2:]))
         make_legible(self.label)
 

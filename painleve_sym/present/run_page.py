@@ -10,7 +10,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.escape import html_text as escape
-from painleve_sym.laws.catalogue import LawsByContact
+from painleve_sym.laws.catalogue import each_law
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.formulas.formula import Formula
 from painleve_sym.mechanics.formulas.one_contact import energies
@@ -236,9 +236,8 @@ def _energy(run: Trajectory) -> str:
 
 def _sources(scenario: Scenario, run: Trajectory) -> str:
     mechanism, law = scenario.mechanism(), scenario.contact_law()
-    laws = [law] if not isinstance(law, LawsByContact) else list(law.values())
     cited = [f"Mechanism {mechanism.name}: {mechanism.source}"]
-    cited += [f"Law {entry.name} ({entry.title}): {entry.source}" for entry in laws]
+    cited += [f"Law {entry.name} ({entry.title}): {entry.source}" for entry in each_law(law)]
     rules = {value for name, value in run.choices.items() if name.startswith("restitution")}
     cited += [f"Restitution: {restitution_law(str(r)).source}" for r in sorted(rules)]
     entries = "".join(f"<li>{escape(text)}.</li>" for text in dict.fromkeys(cited))
