@@ -226,7 +226,12 @@ class OneContact(ContactStates):
         choices: Callable[[int], tuple[Choice, ...]],
         reset: Reset | None = None,
     ) -> list[Transition]:
-        """Return the ends of stick by their margins; each leads to choices of its slip."""
+        """Return the ends of stick by their margins; each leads to choices of its slip.
+
+        Where both are equal, stick needs no friction: it ends with the contact alone.
+        """
+        if margins[-1] == margins[1]:
+            return []
         kind = EventKind.SLIP_START
         return [
             self.transition(SLIPS[s], kind, margin, choices(s), reset)

@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import COMPLIANT_LAWS, law
 from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
 from tests.oracles import rod_scipy
+from tests.scenes import point_mass
 from tests.support.paper_law import paper_law
 
 TABLE_1 = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -308,3 +310,12 @@ def test_two_crossings_that_end_just_before_the_step_does_are_found(elastic):
     )
     times = [e.time for e in run.events_of("yield")]
     assert min(abs(t - 5.7289163e-3) for t in times) < 1e-9
+
+
+@pytest.mark.parametrize("engine", ["taylor", "compiled"])
+@pytest.mark.parametrize("name", ["linear", "bilinear-hertz"])
+def test_mass_that_nothing_pushes_sideways_does_not_slip_as_it_separates(name, engine):
+    simulator = Simulator(mechanism_from_text(point_mass()), law(name), engine)
+    for state, stops in (({"y": 0.1}, []), ({"y": 0.1, "x_dot": 0.01}, ["slip_stop"])):
+        kinds = [str(event.kind) for event in simulator.run(state, t_end=0.2).events]
+        assert kinds == ["touchdown", *stops, "max_compression", "separation", "liftoff"]
