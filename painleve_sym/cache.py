@@ -18,7 +18,7 @@ import shutil
 import stat
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -220,6 +220,19 @@ def _code_files(folder: str) -> list[str]:
                 elif entry.is_dir() and entry.name != "__pycache__":
                     folders.append(entry.path)
     return sorted(files)
+
+
+def kept_entry(key: str | None, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return the content of an entry, which is made and written where there is none.
+
+    Without a key it is made each time.
+    """
+    entry = read_entry(key) if key else None
+    if entry is None:
+        entry = make()
+        if key:
+            write_entry(key, entry)
+    return entry
 
 
 def read_entry(key: str, suffix: str = ENTRY) -> dict[str, Any] | None:

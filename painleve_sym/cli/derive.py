@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from painleve_sym.cache import read_entry, write_entry
+from painleve_sym.cache import kept_entry
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.describe import model_data
 from painleve_sym.cli.options import checked_format
@@ -38,11 +38,10 @@ def _page(mechanism: Mechanism, about: dict[str, Any], form: str) -> dict[str, A
     """
     words = json.dumps([about, to_plain(mechanism.outline)])
     key = entry_key(f"closed forms as {form}", mechanism, words, by=(*FORMULAS, "study", "cli"))
-    page = read_entry(key) if key else None
-    if page is None:
+
+    def made() -> dict[str, Any]:
         from painleve_sym.cli.formula_pages import written
 
-        page = written(mechanism, form)
-        if key:
-            write_entry(key, page)
-    return page
+        return written(mechanism, form)
+
+    return kept_entry(key, made)

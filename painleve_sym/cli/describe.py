@@ -6,12 +6,12 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from painleve_sym.cache import read_entry, write_entry
+from painleve_sym.cache import kept_entry
 from painleve_sym.cli.case import chosen_law, chosen_mechanism
 from painleve_sym.cli.options import checked_format
 from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, meanings
-from painleve_sym.codegen.derivation_cache import entry_key
+from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import finite, plain_fields, to_plain
@@ -247,15 +247,13 @@ def _show_rule(rule: RestitutionLaw) -> None:
 
 def laws_data() -> dict[str, Any]:
     """Return all laws and rules as plain data, from the cache after the first time."""
-    key = entry_key("laws")
-    data = read_entry(key) if key else None
-    if data is None:
-        data = {
+    data = kept_entry(
+        entry_key("laws"),
+        lambda: {
             "laws": [law_data(one_law(name)) for name in LAWS],
             "restitution_rules": [rule_data(make()) for make in RESTITUTIONS.values()],
-        }
-        if key:
-            write_entry(key, data)
+        },
+    )
     # The cache does not know when the literature changes.
     for one in (*data["laws"], *data["restitution_rules"]):
         one["references"] = references_data(one["source"])
@@ -305,14 +303,25 @@ def automaton(arguments: argparse.Namespace) -> int:
     chosen = chosen_law(arguments.law, arguments.law_set)
     from painleve_sym.motion.simulator import Simulator
 
-    automaton = Simulator(mechanism, chosen).automaton
+    contact = Simulator(mechanism, chosen).contact
+    key = entry_key("automaton in words", contact, mechanism.name, by=(*FORMULAS, "cli"))
+    data = kept_entry(key, lambda: _written(contact.automaton))
     if form == "json":
-        print_json(automaton_data(automaton))
+        print_json(data["json"])
     elif form == "text":
-        _show_automaton(automaton)
+        _show_automaton(data["json"])
     else:
-        print(automaton.mermaid() if form == "mermaid" else automaton.graphviz(), end="")
+        print(data[form], end="")
     return 0
+
+
+def _written(automaton: HybridAutomaton) -> dict[str, Any]:
+    """Return what the command prints of an automaton, by the format."""
+    return {
+        "json": automaton_data(automaton),
+        "mermaid": automaton.mermaid(),
+        "graphviz": automaton.graphviz(),
+    }
 
 
 def automaton_data(automaton: HybridAutomaton) -> dict[str, Any]:
@@ -347,16 +356,16 @@ def _targets(transition: Transition) -> list[str]:
     return list(dict.fromkeys(c.target for c in transition.choices))
 
 
-def _show_automaton(automaton: HybridAutomaton) -> None:
-    show(f"{automaton.name}: {counted(len(automaton.modes), 'mode')}")
-    show(f"starts in {', '.join(dict.fromkeys(c.target for c in automaton.starts))}")
+def _show_automaton(automaton: Mapping[str, Any]) -> None:
+    show(f"{automaton['name']}: {counted(len(automaton['modes']), 'mode')}")
+    show(f"starts in {', '.join(dict.fromkeys(automaton['starts']))}")
     show()
     rows = []
-    for mode in automaton.modes:
+    for mode in automaton["modes"]:
         targets_by_kind: dict[str, list[str]] = {}
-        for t in mode.transitions:
-            targets_by_kind.setdefault(t.kind, []).extend(_targets(t))
-        names = [mode.name] + [""] * len(targets_by_kind)
+        for t in mode["transitions"]:
+            targets_by_kind.setdefault(t["kind"], []).extend(t["targets"])
+        names = [mode["name"]] + [""] * len(targets_by_kind)
         for name, (kind, targets) in zip(names, targets_by_kind.items(), strict=False):
             rows.append((name, kind, ", ".join(dict.fromkeys(targets))))
     show_table(("mode", "event", "next mode"), rows, left=(0, 1, 2), indent=0)

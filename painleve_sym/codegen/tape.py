@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.cache import read_entry, write_entry
+from painleve_sym.cache import kept_entry
 from painleve_sym.codegen.derivation_cache import entry_key
 from painleve_sym.errors import InputError, TranslationError, unknown_name
 
@@ -227,16 +227,13 @@ class TapeOutputs:
 
 def output_tapes(builder: AutomatonBuilder) -> TapeOutputs:
     """Return the outputs of an automaton as tapes; derived only where the cache lacks them."""
-    key = entry_key("output tapes", builder)
-    entry = read_entry(key) if key else None
-    if entry is not None:
-        return TapeOutputs.of_data(entry["tapes"])
-    from painleve_sym.codegen.modes import AutomatonFunctions
 
-    tapes = tapes_of_functions(AutomatonFunctions(builder.automaton))
-    if key:
-        write_entry(key, {"tapes": tapes.to_data()})
-    return tapes
+    def made() -> dict[str, Any]:
+        from painleve_sym.codegen.modes import AutomatonFunctions
+
+        return {"tapes": tapes_of_functions(AutomatonFunctions(builder.automaton)).to_data()}
+
+    return TapeOutputs.of_data(kept_entry(entry_key("output tapes", builder), made)["tapes"])
 
 
 def tapes_of_functions(functions: AutomatonFunctions) -> TapeOutputs:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.cache import read_entry, write_entry
+from painleve_sym.cache import kept_entry, read_entry, write_entry
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import ENGINE, entry_key
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows, Ends, Given, Kept
@@ -99,12 +99,12 @@ class CompiledEngine:
         from painleve_sym.codegen.modes import AutomatonFunctions
 
         functions = functions or AutomatonFunctions(automaton)
-        entry = read_entry(key) if key else None
-        if entry is None:
+
+        def written() -> dict[str, Any]:
             sizes = [functions.x.numel(), functions.z.numel(), functions.c.numel()]
-            entry = {"text": self._source(functions), "sizes": [*sizes, functions.output_size]}
-            if key:
-                write_entry(key, entry)
+            return {"text": self._source(functions), "sizes": [*sizes, functions.output_size]}
+
+        entry = kept_entry(key, written)
         text: str = entry["text"]
         # With derivatives a motion runs alone, and gains a tenth by all that a compiler can do.
         alone = text if functions.directions else self._alone(text)

@@ -12,6 +12,7 @@ from painleve_sym.cli.output import number, print_json, show_table
 from painleve_sym.cli.texts import meanings
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import CHOICES, LAWS, law, offered_choices
@@ -113,6 +114,13 @@ def test_automaton_json_targets_are_modes(capsys):
     names = {m["name"] for m in data["modes"]} | {"end"}
     assert code == 0
     assert {t for m in data["modes"] for x in m["transitions"] for t in x["targets"]} <= names
+
+
+def test_automaton_is_derived_once_for_each_law(capsys, monkeypatch):
+    first = [run(capsys, "automaton", "rod", "--law", name)[1] for name in ("hertz", "rigid")]
+    monkeypatch.setattr(ContactDerivation, "automaton", property(lambda self: pytest.fail()))
+    again = [run(capsys, "automaton", "rod", "--law", name)[1] for name in ("hertz", "rigid")]
+    assert again == first and first[0] != first[1]
 
 
 # ---- derive ----
