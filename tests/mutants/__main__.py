@@ -23,8 +23,11 @@ from tests.mutants.mutants import ROOT, Mutant, read_mutants
 
 NEEDED = 0.95
 """Share of the whole list that must be noticed."""
-PASSED, FAILED = 0, 1
-"""Exit statuses of pytest: every test passed, or a test failed."""
+PASSED, FAILED, ENDLESS = 0, 1, -1
+"""Exit statuses of pytest: every test passed, or a test failed; or it had to be stopped."""
+LIMIT = 120.0
+"""Time, s, after which the tests of one mutant are stopped: a motion with its change has no end, which
+counts as noticed. Each takes a few seconds."""
 
 
 def run_tests(
@@ -63,15 +66,19 @@ def run_tests(
             cache = linked(cache, Path(folder, "cache"))
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
         own = {"PYTHONPATH": str(copy), "PAINLEVE_CACHE": str(cache)}
-        done = subprocess.run(
-            [*command, "-p", "no:xdist", *(f"tests/{test}" for test in tests)],
-            cwd=copy,
-            env={**os.environ, **own},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            check=False,
-        )
+        try:
+            done = subprocess.run(
+                [*command, "-p", "no:xdist", *(f"tests/{test}" for test in tests)],
+                cwd=copy,
+                env={**os.environ, **own},
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                check=False,
+                timeout=None if mutant is None else LIMIT,
+            )
+        except subprocess.TimeoutExpired:
+            return ENDLESS, "", time.monotonic() - started
     return done.returncode, done.stdout, time.monotonic() - started
 
 
@@ -93,7 +100,7 @@ def verdict(mutant: Mutant, cache: Path) -> tuple[str, float]:
     if mutant.occurrences() != 1:
         return "does not apply", 0.0
     status, output, seconds = run_tests(mutant.tests, cache, mutant)
-    if status == FAILED:
+    if status in (FAILED, ENDLESS):
         return "noticed", seconds
     if status == PASSED:
         return "not noticed", seconds
