@@ -26,8 +26,8 @@ NEEDED = 0.95
 PASSED, FAILED, ENDLESS = 0, 1, -1
 """Exit statuses of pytest: every test passed, or a test failed; or it had to be stopped."""
 LIMIT = 120.0
-"""Time, s, after which the tests of one mutant are stopped: a motion with its change has no end, which
-counts as noticed. Each takes a few seconds."""
+"""Time, s, after which the tests of one mutant are stopped: they take seconds, unless its change
+leaves a motion without an end."""
 
 
 def run_tests(
@@ -46,7 +46,7 @@ def run_tests(
     Returns
     -------
     status : int
-        Exit status of pytest.
+        Exit status of pytest, or `ENDLESS`.
     output : str
     seconds : float
     """
