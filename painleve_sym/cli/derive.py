@@ -39,9 +39,9 @@ def _page(mechanism: Mechanism, about: dict[str, Any], form: str) -> dict[str, A
     words = json.dumps([about, to_plain(mechanism.outline)])
     key = entry_key(f"closed forms as {form}", mechanism, words, by=(*FORMULAS, "study", "cli"))
 
-    def made() -> dict[str, Any]:
+    def rendered() -> dict[str, Any]:
         from painleve_sym.cli.formula_pages import written
 
         return written(mechanism, form)
 
-    return kept_entry(key, made)
+    return kept_entry(key, rendered)

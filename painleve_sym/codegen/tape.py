@@ -228,12 +228,12 @@ class TapeOutputs:
 def output_tapes(builder: AutomatonBuilder) -> TapeOutputs:
     """Return the outputs of an automaton as tapes; derived only where the cache lacks them."""
 
-    def made() -> dict[str, Any]:
+    def derived() -> dict[str, Any]:
         from painleve_sym.codegen.modes import AutomatonFunctions
 
         return {"tapes": tapes_of_functions(AutomatonFunctions(builder.automaton)).to_data()}
 
-    return TapeOutputs.of_data(kept_entry(entry_key("output tapes", builder), made)["tapes"])
+    return TapeOutputs.of_data(kept_entry(entry_key("output tapes", builder), derived)["tapes"])
 
 
 def tapes_of_functions(functions: AutomatonFunctions) -> TapeOutputs:
