@@ -10,7 +10,7 @@ from typing import Any
 from painleve_sym.cli.options import given_options, read_assignments, read_quantities
 from painleve_sym.cli.robot_options import read_robot_options
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -100,8 +100,7 @@ def read_law_settings(
             raise InputError(
                 f"--law-set: parameter {key} belongs to the mechanism. Fix: give it with --set."
             )
-        if key not in known:
-            raise InputError(f"--law-set of {name!r}: {unknown_name('parameter', key, known)}")
+        refuse_unknown("parameter", key, known, f"--law-set of {name!r}")
     units = {p.name: p.unit for p in chosen.parameters}
     entries = [f"{k}={v}" for k, v in pairs.items() if k not in choices]
     numbers = read_quantities("--law-set", entries, lambda: units)

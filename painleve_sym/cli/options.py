@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.units import in_unit, is_quantity
 
 FIGURES = (".png", ".svg", ".pdf")
@@ -45,8 +45,7 @@ def read_look(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def checked_format(text: str, known: Sequence[str]) -> str:
     """Return the format; InputError suggests the nearest one."""
-    if text not in known:
-        raise InputError("--format: " + unknown_name("format", text, known))
+    refuse_unknown("format", text, known, "--format")
     return text
 
 
@@ -124,8 +123,7 @@ def unit_for(where: str, name: str, text: str, units: Callable[[], Mapping[str, 
     if not any(map(is_quantity, text.split(":"))):
         return ""
     known = units()
-    if name not in known:
-        raise InputError(f"{where}: {unknown_name('quantity', name, known)}")
+    refuse_unknown("quantity", name, known, where)
     return known[name]
 
 

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from painleve_sym.cli.options import given_options, read_number, read_quantities
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 
 _BASES = {"fixed": False, "floating": True}
 
@@ -21,8 +21,7 @@ def file_options(arguments: argparse.Namespace) -> dict[str, Any]:
     texts = given_options(arguments, "base", "armature")
     given: dict[str, Any] = {}
     if (base := texts.get("base")) is not None:
-        if base not in _BASES:
-            raise InputError(f"--base: {unknown_name('base', base, _BASES)}")
+        refuse_unknown("base", base, _BASES, "--base")
         given["floating"] = _BASES[base]
     if (text := texts.get("armature")) is not None:
         by_name = read_quantities("--armature", [text], dict) if "=" in text else {}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.delassus import Delassus, argument_symbols
 from painleve_sym.contacts.spatial_numbers import SHARED, VANISHES
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.mechanics.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -76,8 +76,7 @@ def positive_function(
         )
     known = outline.argument_names
     for name in (*over, *values):
-        if name not in known:
-            raise InputError(f"{where}: {unknown_name('quantity', name, known)}")
+        refuse_unknown("quantity", name, known, where)
         if name in over and (reason := outline.part_fault(name)):
             fix = "Fix: vary velocities or parameters, or give the body angles."
             raise InputError(f"{where}: {reason} {fix}")

@@ -21,7 +21,7 @@ from painleve_sym.contacts.impact.jump import JumpResult, jump_at
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact_at
 from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.engines.protocol import DEFAULT_RTOL, RunSettings
-from painleve_sym.errors import EventKind, InputError, unknown_name
+from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.laws.contact_law import ContactLaw
@@ -459,8 +459,7 @@ def _read_robot(faults: Faults, key: str, value: Any) -> dict[str, Any]:
     known, read = (*_OF_FILE, *_OF_CONTACT), dict(value)
     for name, entry in value.items():
         with faults.at(key, name):
-            if name not in known:
-                raise InputError(unknown_name("key", name, known))
+            refuse_unknown("key", name, known)
             if name == "floating" and not isinstance(entry, bool):
                 raise _wrong(name, entry, "true or false")
             if name in ("srdf", "pose", "others"):

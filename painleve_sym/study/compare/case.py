@@ -19,7 +19,7 @@ from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.solution import ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
@@ -153,8 +153,7 @@ class Case(ABC):
             if not values:
                 raise InputError(f"{self.where}: {name}: got none, need at least one.")
         for solver in solvers:
-            if solver not in self.solvers:
-                raise InputError(f"{self.where}: {unknown_name('solver', solver, self.solvers)}")
+            refuse_unknown("solver", solver, self.solvers, self.where)
         for step in steps:
             self.check_step(step)
         young = next(p for p in compliant_law("bilinear-hertz").parameters if p.name == "E")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from painleve_sym.arrays import Array
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.motion.arguments import INITIAL_FORCE
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.continuation import Setting
@@ -79,8 +79,7 @@ def critical_force_gradient(
     >>> gradient["mu"].value < 0
     True
     """
-    if method not in METHODS:
-        raise InputError(f"{finder.where}: " + unknown_name("method", method, METHODS))
+    refuse_unknown("method", method, METHODS, finder.where)
     setting = Setting(finder, state, parameters or {})
     for name in names:
         setting.value(name)  # rejects unknown names

@@ -13,7 +13,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.files import file_path, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
@@ -133,8 +133,7 @@ def _column(where: str, text: str, known: Mapping[str, str]) -> tuple[str, str, 
     if match is None:
         raise InputError(f"{where}: header: got {text!r}, need NAME [unit], {_EXAMPLE}.")
     role, name, unit = match.group(1) or "", match.group(2), match.group(3).strip()
-    if name not in known:
-        raise InputError(f"{where}: header: {unknown_name('quantity', name, known)}")
+    refuse_unknown("quantity", name, known, f"{where}: header")
     return role, name, factor(unit, known[name], f"{where}: column {name}")
 
 

@@ -16,7 +16,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of, number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
@@ -79,20 +79,17 @@ class FitProblem:
         if not self.estimate:
             raise InputError(f"{where}: nothing to estimate. Fix: name parameters.")
         for name in self.estimate:
-            if name not in known:
-                raise InputError(f"{where}: {unknown_name('parameter', name, known)}")
+            refuse_unknown("parameter", name, known, where)
             if name in data.starts:
                 raise InputError(f"{where}: start {name} is given by the data. Fix: drop one.")
             if self.estimate.count(name) > 1:
                 raise InputError(f"{where}: got {name!r} twice. Fix: name it once.")
         for name in data.starts:
-            if name not in states:
-                raise InputError(f"{data.where}: start: {unknown_name('state', name, states)}")
+            refuse_unknown("state", name, states, f"{data.where}: start")
             if name in self.state:
                 raise InputError(f"{data.where}: start {name} is given twice. Fix: drop one.")
         for name, value in (self.sigma or {}).items():
-            if name not in data.measured:
-                raise InputError(f"{where}: sigma: {unknown_name('column', name, data.measured)}")
+            refuse_unknown("column", name, data.measured, f"{where}: sigma")
             number(value, f"sigma of {name}", where=where, above=0.0)
         missing = set(data.measured) - set(self.sigma or {})
         if self.sigma and missing:
@@ -186,8 +183,7 @@ class FitProblem:
         names = tuple(self.data.measured)
         known = [s.name for s in self.simulator.automaton.states]
         for n in names:
-            if n not in known:
-                raise InputError(f"{self.data.where}: end: {unknown_name('state', n, known)}")
+            refuse_unknown("state", n, known, f"{self.data.where}: end")
         return names
 
     # ---- the least squares ----

@@ -14,7 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of, number, whole_number
 from painleve_sym.contacts.closing import closed_states, unknowns
 from painleve_sym.contacts.delassus import domain_margins
-from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.errors import InputError, received, refuse_unknown
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.units import Value
@@ -104,8 +104,7 @@ def map_place(
         if name in axes:
             raise InputError(f"{where}: {name} is an axis. Fix: give it a range, not one value.")
     for name in ranges:
-        if name not in axes:
-            raise InputError(f"{where}: range: {unknown_name('axis', name, axes)}")
+        refuse_unknown("axis", name, axes, f"{where}: range")
     held = mechanism.start if state is None else state
     # The domain may depend on the axes: points outside are masked, not rejected.
     place = mechanism.at({n: v for n, v in held.items() if n not in axes}, parameters, where=where)
@@ -170,8 +169,7 @@ def _checked_names(mechanism: Mechanism, where: str, axes: str | Sequence[str]) 
     if mechanism.outline.in_space:
         known = (*known, SLIP_DIRECTION)
     for name in over:
-        if name not in known:
-            raise InputError(f"{where}: {unknown_name('axis', name, known)}")
+        refuse_unknown("axis", name, known, where)
         if fault := mechanism.outline.part_fault(name):
             fix = "Fix: map over velocities or parameters, or give the body angles."
             raise InputError(f"{where}: {fault} {fix}")
