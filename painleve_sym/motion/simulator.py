@@ -151,10 +151,11 @@ class Simulator(MechanismWithLaws):
         close: str | None = None,
     ) -> Place:
         """Return the checked place of a start, with the laws' parameters too; see `simulate`."""
-        given = self.given(parameters, law_parameters)
-        if material is not None:
-            given = {**self.values_of_materials(material, given), **given}
-        place = self.mechanism.at(state, given, declared=self.declared, where=self.where)
+        if law_parameters is not None or material is not None:
+            parameters = given = self.given(parameters, law_parameters)
+            if material is not None:
+                parameters = {**self.values_of_materials(material, given), **given}
+        place = self.mechanism.at(state, parameters, declared=self.declared, where=self.where)
         return place if close is None else closed_place(place, close)
 
     def begin(
