@@ -205,7 +205,7 @@ def contact_problem(
     slip = numbers.slip_velocity
     if len(slip) == 1:
         slip = np.array([state.get("slip_velocity", slip[0])])
-    return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, mechanism.outline.held)
+    return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, np.array(mechanism.outline.held))
 
 
 Spatial = Literal["rod-3d", "top", "brick", "slider-3d", "two-link-arm-3d"]
@@ -311,7 +311,7 @@ def planar_classification(place: Place) -> Classification:
             f"classify {mechanism.name!r}: got a mobility of {largest:g} 1/kg, need at most "
             f"{LARGEST:g}. Fix: check the state and the parameters."
         )
-    held = mechanism.outline.held[closed]
+    held = np.array(mechanism.outline.held)[closed]
     problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, held)
     return Classification(
         **named_at(place, closed),

@@ -7,9 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
 from painleve_sym.checks import LARGEST, by_name, checked_values, text_of
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import InputError, received, refuse_unknown
@@ -97,9 +94,9 @@ class MechanismOutline:
     periods: tuple[PeriodOutline, ...] = ()
 
     @cached_property
-    def held(self) -> NDArray[np.bool_]:
-        """Whether each contact holds from both sides, shape (n,)."""
-        return np.array([c.bilateral for c in self.contacts], dtype=bool)
+    def held(self) -> tuple[bool, ...]:
+        """Whether each contact holds from both sides."""
+        return tuple(c.bilateral for c in self.contacts)
 
     @property
     def truncation_notices(self) -> tuple[str, ...]:

@@ -111,7 +111,7 @@ def end_detail(simulator: MechanismWithLaws, raw: RawRun) -> str:
         mode = simulator.outline.modes[raw.mode]
         bound = mode.transitions[raw.stop_transition].bound
         return outline.domain[bound].meaning if bound is not None else ""
-    if outline.held.all() and raw.stop_reason is StopReason.SINGULAR:
+    if all(outline.held) and raw.stop_reason is StopReason.SINGULAR:
         return _GUIDE_MEETS
     if simulator.contact.several and raw.stop_reason is StopReason.JAM:
         return _JAM

@@ -66,7 +66,7 @@ def _of_several(
         return ()
     mechanism = simulator.mechanism
     at = Delassus.of(mechanism).at({**state, **values}).of_contacts(closed)
-    held = mechanism.outline.held[closed]
+    held = np.array(mechanism.outline.held)[closed]
     problem = ContactProblem(at.W, at.b, at.mu, slips[closed], held)
     solutions = problem.solutions()
     if len(solutions) < 2:

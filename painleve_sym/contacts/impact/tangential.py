@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import closed_contacts
@@ -109,7 +111,8 @@ def tangential_impact_at(place: Place) -> TangentialImpact:
         raise InputError(f"{where}: its contact can open. Fix: use evaluate_jump.")
     at = Delassus.of(mechanism).at(place.values)
     closed_contacts(where, mechanism, at)
-    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, mechanism.outline.held)
+    held = np.array(mechanism.outline.held)
+    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, held)
     slip = problem.slip_direction
     if not slip:
         raise InputError(f"{where}: got v_t = 0, need a slip for an impact to stop.")

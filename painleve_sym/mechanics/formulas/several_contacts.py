@@ -56,7 +56,7 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         note="a = W F + b",
     )
     sections = (energies(mechanism), motion, *own, coupled)
-    if mechanism.outline.held.any():
+    if any(mechanism.outline.held):
         return sections
     note = (
         "A of each contact alone and the determinant > 0: one solution for all loads; both slide "
