@@ -235,7 +235,7 @@ class BilateralContact(OneContact):
 
         force = self.mechanism.coefficients.stick_force
         changes = self.slip_starts(self.stick_margins(force, side), enter)
-        every = ("force_reversal", *SLIPS.values())
+        every = ("force_reversal", *(change.label for change in changes))
         other = (Choice(guide_stick_mode(-side), None, every),)
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
         turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, side * force, other)
