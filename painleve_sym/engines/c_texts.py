@@ -13,5 +13,5 @@ def engine_texts(*parts: str) -> list[str]:
 
 
 def initializer(values: Iterable[object]) -> str:
-    """Return what initialises an array of C; where there are no values, with 0."""
+    """Return what initialises an array of C: its values, or 0 without any."""
     return f"{{{', '.join(map(str, values)) or '0'}}}"
