@@ -102,8 +102,7 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
             f"{where}: {len(moving)} bodies of the world move, need one robot. "
             "Fix: remove the others."
         )
-    if floating is None:
-        floating = bool(free)
+    floating, base = _base(floating, free)
     reading = _Reading(settings)
     if floating:
         if len(moving) != 1 or framed:
@@ -134,6 +133,7 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         floating,
         gravity=np.array(gravity),
         notices=tuple(notices),
+        base=base,
     )
     names = [b.joint.name for b in tree.bodies if b.joint is not None]
     if len(set(names)) < len(names):
@@ -142,14 +142,21 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
     return replace(tree, poses=_keyframes(root, tree, bool(free), where))
 
 
+def _base(asked: bool | None, free: list[Element]) -> tuple[bool, str]:
+    """Return whether the base floats, and a sentence that says why."""
+    if asked is not None:
+        return asked, f"The base {'floats' if asked else 'is fixed'} as asked."
+    if free:
+        return True, f"The base floats: {label(free[0])} of the file has a free joint."
+    return False, "The base is fixed: no body of the file has a free joint."
+
+
 def _moves(body: Element) -> bool:
     return any(next(body.iter(tag), None) is not None for tag in ("joint", "freejoint"))
 
 
 def _has_free_joint(body: Element) -> bool:
-    return any(
-        e.tag == "freejoint" or (e.tag == "joint" and e.get("type") == "free") for e in body
-    )
+    return any(e.tag == "freejoint" or (e.tag == "joint" and e.get("type") == "free") for e in body)
 
 
 def _settings(root: Element, where: str) -> _Settings:

@@ -162,6 +162,8 @@ class RobotTree:
         m/s².
     notices : tuple of str
         Sentences on what the file says and the tree does not hold.
+    base : str
+        A sentence that says whether the base floats, and how this was decided.
     """
 
     name: str
@@ -171,6 +173,7 @@ class RobotTree:
     poses: Mapping[str, Pose] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     notices: tuple[str, ...] = ()
+    base: str = ""
 
     def __repr__(self) -> str:
         """Return the title."""

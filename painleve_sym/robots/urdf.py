@@ -94,10 +94,9 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         mass, center, inertia = _inertia(links[link], where, notices)
         bodies.append(Body(link, parent_index, *placed, own, mass, center, inertia))
     frames = {link: Frame(i, *SAME_PLACE) for link, i in index.items()}
-    if floating is None:
-        floating = roots[0] != _WORLD and any(b.mass > 0 for b in _fixed_to_base(bodies))
+    floating, base = _base(floating, roots[0], bodies)
     name = root.get("name", "") or "robot"
-    tree = RobotTree(name, tuple(bodies), frames, floating, notices=tuple(notices))
+    tree = RobotTree(name, tuple(bodies), frames, floating, notices=tuple(notices), base=base)
     for body in tree.merged.bodies:
         # A link may have an inertia of no body where that of all that is fixed to it is one.
         if fault := inertia_fault(body.mass, body.inertia):
@@ -136,6 +135,23 @@ def _walk(root: str, children: dict[str, list[Element]]) -> Iterator[tuple[str, 
             child = element.find("child")
             assert child is not None
             waiting.append((child.get("link", "").strip(), element))
+
+
+def _base(asked: bool | None, root: str, bodies: list[Body]) -> tuple[bool, str]:
+    """Return whether the base floats, and a sentence that says why."""
+    if asked is not None:
+        return asked, f"The base, link {root!r}, {'floats' if asked else 'is fixed'} as asked."
+    if root == _WORLD:
+        return False, f"The base is fixed: the root link is called {_WORLD!r}."
+    if any(body.mass > 0 for body in _fixed_to_base(bodies)):
+        return True, (
+            f"The base is taken to float, since the root link {root!r} has an inertia and URDF does "
+            "not say. For a robot that is bolted down: --base fixed, in Python floating=False."
+        )
+    return False, (
+        f"The base is taken as fixed, since the root link {root!r} has no inertia and URDF does not "
+        "say. For a robot that moves freely: --base floating, in Python floating=True."
+    )
 
 
 def _fixed_to_base(bodies: list[Body]) -> Iterator[Body]:

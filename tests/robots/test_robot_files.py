@@ -184,6 +184,28 @@ def test_inertia_that_is_nearly_that_of_a_body_is_a_notice(tmp_path):
     assert "has an inertia without mass" in robot.tree.notices[0]
 
 
+@pytest.mark.parametrize(
+    ("text", "asked", "floating", "sentence"),
+    [
+        (urdf(links("a")), None, True, "root link 'a' has an inertia and URDF does not say"),
+        (urdf('<link name="a"/>'), None, False, "root link 'a' has no inertia and URDF does not"),
+        (urdf(links("world")), None, False, "is fixed: the root link is called 'world'"),
+        (urdf(links("a")), False, False, "link 'a', is fixed as asked"),
+        (body(HINGE), None, False, "is fixed: no body of the file has a free joint"),
+        (
+            body('<freejoint/><geom size="1"/>'),
+            None,
+            True,
+            "<body name='b'> of the file has a free",
+        ),
+        (body('<geom size="1"/><body><joint/><geom size="1"/></body>'), True, True, "as asked"),
+    ],
+)
+def test_robot_says_how_its_base_was_decided(tmp_path, text, asked, floating, sentence):
+    tree = ps.robot(written(tmp_path, text), floating=asked).tree
+    assert tree.floating is floating and sentence in tree.base
+
+
 def test_closed_chain_is_a_notice(tmp_path):
     text = body(HINGE, '<equality><connect body1="b"/></equality>')
     assert "<connect> constraints" in ps.robot(written(tmp_path, text)).tree.notices[0]
