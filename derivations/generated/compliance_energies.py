@@ -16,7 +16,7 @@ def kappa_star(R_1: float, R_2: float) -> float:
     R_2 : float
         radius of the second body; m.
     """
-    return 1 / R_2 + 1 / R_1
+    return 1/R_2 + 1/R_1
 
 
 def E_star(E: float, nu: float) -> float:
@@ -29,7 +29,7 @@ def E_star(E: float, nu: float) -> float:
     nu : float
         Poisson's ratio of both bodies; 1.
     """
-    return (1 / 2) * E / (1 - nu**2)
+    return (1/2)*E/(1 - nu**2)
 
 
 def K_e(R: float, E: float, nu: float, n: float, l_0: float) -> float:
@@ -48,7 +48,7 @@ def K_e(R: float, E: float, nu: float, n: float, l_0: float) -> float:
     l_0 : float
         reference length, 1 m in the paper's numbers; m.
     """
-    return float((2 / 3) * E * math.sqrt(R) * l_0 ** (3 / 2 - n) / (1 - nu**2))
+    return float((2/3)*E*math.sqrt(R)*l_0**(3/2 - n)/(1 - nu**2))
 
 
 def F_n_loading(K_e: float, n: float, delta: float) -> float:
@@ -63,7 +63,7 @@ def F_n_loading(K_e: float, n: float, delta: float) -> float:
     delta : float
         compression; m.
     """
-    return float(K_e * delta**n)
+    return float(K_e*delta**n)
 
 
 def W_c(K_e: float, n: float, delta_max: float) -> float:
@@ -78,7 +78,7 @@ def W_c(K_e: float, n: float, delta_max: float) -> float:
     delta_max : float
         largest compression; m.
     """
-    return float(K_e * delta_max ** (n + 1) / (n + 1))
+    return float(K_e*delta_max**(n + 1)/(n + 1))
 
 
 def W_c_from_force(n: float, delta_max: float, F_n_max: float) -> float:
@@ -93,7 +93,7 @@ def W_c_from_force(n: float, delta_max: float, F_n_max: float) -> float:
     F_n_max : float
         largest normal force; N.
     """
-    return F_n_max * delta_max / (n + 1)
+    return F_n_max*delta_max/(n + 1)
 
 
 def F_n_unloading(
@@ -118,7 +118,7 @@ def F_n_unloading(
     F_n_max : float
         largest normal force; N.
     """
-    return float(F_n_max * ((delta - delta_p) / (delta_max - delta_p)) ** n)
+    return float(F_n_max*((delta - delta_p)/(delta_max - delta_p))**n)
 
 
 def W_r_from_force(n: float, delta_max: float, delta_p: float, F_n_max: float) -> float:
@@ -135,7 +135,7 @@ def W_r_from_force(n: float, delta_max: float, delta_p: float, F_n_max: float) -
     F_n_max : float
         largest normal force; N.
     """
-    return -F_n_max * (delta_max - delta_p) / (n + 1)
+    return -F_n_max*(delta_max - delta_p)/(n + 1)
 
 
 def delta_p(e_energetic: float, delta_max: float) -> float:
@@ -148,7 +148,7 @@ def delta_p(e_energetic: float, delta_max: float) -> float:
     delta_max : float
         largest compression; m.
     """
-    return delta_max * (1 - e_energetic**2)
+    return delta_max*(1 - e_energetic**2)
 
 
 def W_r(K_e: float, n: float, e_energetic: float, delta_max: float) -> float:
@@ -165,7 +165,7 @@ def W_r(K_e: float, n: float, e_energetic: float, delta_max: float) -> float:
     delta_max : float
         largest compression; m.
     """
-    return float(-K_e * delta_max ** (n + 1) * e_energetic**2 / (n + 1))
+    return float(-K_e*delta_max**(n + 1)*e_energetic**2/(n + 1))
 
 
 def E_n0(n: float, delta_0: float, F_n0: float) -> float:
@@ -180,4 +180,4 @@ def E_n0(n: float, delta_0: float, F_n0: float) -> float:
     F_n0 : float
         initial normal force; N.
     """
-    return F_n0 * delta_0 / (n + 1)
+    return F_n0*delta_0/(n + 1)

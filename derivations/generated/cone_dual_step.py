@@ -20,7 +20,7 @@ def v_n_after(mu: float, W_nn: float, W_nt: float, v_n: float, P: float) -> floa
     P : float
         normal impulse of the step; N s.
     """
-    return P * W_nn + P * W_nt * mu + v_n
+    return P*W_nn + P*W_nt*mu + v_n
 
 
 def v_t_after(mu: float, W_nt: float, W_tt: float, v_t: float, P: float) -> float:
@@ -39,7 +39,7 @@ def v_t_after(mu: float, W_nt: float, W_tt: float, v_t: float, P: float) -> floa
     P : float
         normal impulse of the step; N s.
     """
-    return P * W_nt + P * W_tt * mu + v_t
+    return P*W_nt + P*W_tt*mu + v_t
 
 
 def D(mu: float, W_nn: float, W_nt: float, W_tt: float) -> float:
@@ -56,7 +56,7 @@ def D(mu: float, W_nn: float, W_nt: float, W_tt: float) -> float:
     W_tt : float
         tangential acceleration per tangential force; 1/kg.
     """
-    return W_nn + 2 * W_nt * mu + W_tt * mu**2
+    return W_nn + 2*W_nt*mu + W_tt*mu**2
 
 
 def P(mu: float, W_nn: float, W_nt: float, W_tt: float, v_t: float, v_n: float) -> float:
@@ -77,7 +77,7 @@ def P(mu: float, W_nn: float, W_nt: float, W_tt: float, v_t: float, v_n: float) 
     v_n : float
         normal velocity before the step; m/s.
     """
-    return (-mu * v_t - v_n) / (W_nn + 2 * W_nt * mu + W_tt * mu**2)
+    return (-mu*v_t - v_n)/(W_nn + 2*W_nt*mu + W_tt*mu**2)
 
 
 def v_n_after_edge(mu: float, W_nn: float, W_nt: float, W_tt: float, v_t: float) -> float:
@@ -96,7 +96,7 @@ def v_n_after_edge(mu: float, W_nn: float, W_nt: float, W_tt: float, v_t: float)
     v_t : float
         slip velocity before the step, negative; m/s.
     """
-    return -mu * v_t * (W_nn + W_nt * mu) / (W_nn + 2 * W_nt * mu + W_tt * mu**2)
+    return -mu*v_t*(W_nn + W_nt*mu)/(W_nn + 2*W_nt*mu + W_tt*mu**2)
 
 
 def v_t_after_edge(mu: float, W_nn: float, W_nt: float, W_tt: float, v_t: float) -> float:
@@ -115,7 +115,7 @@ def v_t_after_edge(mu: float, W_nn: float, W_nt: float, W_tt: float, v_t: float)
     v_t : float
         slip velocity before the step, negative; m/s.
     """
-    return v_t * (W_nn + W_nt * mu) / (W_nn + 2 * W_nt * mu + W_tt * mu**2)
+    return v_t*(W_nn + W_nt*mu)/(W_nn + 2*W_nt*mu + W_tt*mu**2)
 
 
 def Delta_T(mu: float, W_nn: float, W_nt: float, W_tt: float, v_t: float, v_n: float) -> float:
@@ -136,7 +136,7 @@ def Delta_T(mu: float, W_nn: float, W_nt: float, W_tt: float, v_t: float, v_n: f
     v_n : float
         normal velocity before the step; m/s.
     """
-    return -1 / 2 * (mu * v_t + v_n) ** 2 / (W_nn + 2 * W_nt * mu + W_tt * mu**2)
+    return -1/2*(mu*v_t + v_n)**2/(W_nn + 2*W_nt*mu + W_tt*mu**2)
 
 
 def P_stick(W_nn: float, W_nt: float, W_tt: float, v_t: float) -> float:
@@ -153,7 +153,7 @@ def P_stick(W_nn: float, W_nt: float, W_tt: float, v_t: float) -> float:
     v_t : float
         slip velocity before the step, negative; m/s.
     """
-    return W_nt * v_t / (W_nn * W_tt - W_nt**2)
+    return W_nt*v_t/(W_nn*W_tt - W_nt**2)
 
 
 def P_regularized(
@@ -187,4 +187,4 @@ def P_regularized(
     R_t : float
         regularization of the tangential direction; 1/kg.
     """
-    return (-mu * v_t - v_n) / (R_n + W_nn + 2 * W_nt * mu + mu**2 * (R_t + W_tt))
+    return (-mu*v_t - v_n)/(R_n + W_nn + 2*W_nt*mu + mu**2*(R_t + W_tt))

@@ -16,7 +16,7 @@ def W_nn(theta: float, m: float) -> float:
     m : float
         mass; kg.
     """
-    return (3 * math.cos(theta) ** 2 + 1) / m
+    return (3*math.cos(theta)**2 + 1)/m
 
 
 def W_nt(theta: float, m: float) -> float:
@@ -29,7 +29,7 @@ def W_nt(theta: float, m: float) -> float:
     m : float
         mass; kg.
     """
-    return -3 * math.sin(theta) * math.cos(theta) / m
+    return -3*math.sin(theta)*math.cos(theta)/m
 
 
 def W_tt(theta: float, m: float) -> float:
@@ -42,7 +42,7 @@ def W_tt(theta: float, m: float) -> float:
     m : float
         mass; kg.
     """
-    return (3 * math.sin(theta) ** 2 + 1) / m
+    return (3*math.sin(theta)**2 + 1)/m
 
 
 def B(theta: float, theta_dot: float, l: float, g: float) -> float:
@@ -59,7 +59,7 @@ def B(theta: float, theta_dot: float, l: float, g: float) -> float:
     g : float
         gravity; m/s².
     """
-    return -g + l * theta_dot**2 * math.sin(theta)
+    return -g + l*theta_dot**2*math.sin(theta)
 
 
 def b_t(theta: float, theta_dot: float, l: float) -> float:
@@ -74,7 +74,7 @@ def b_t(theta: float, theta_dot: float, l: float) -> float:
     l : float
         half length of the rod; m.
     """
-    return l * theta_dot**2 * math.cos(theta)
+    return l*theta_dot**2*math.cos(theta)
 
 
 def A(theta: float, m: float, mu: float) -> float:
@@ -89,7 +89,7 @@ def A(theta: float, m: float, mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return (3 * (-mu * math.sin(theta) + math.cos(theta)) * math.cos(theta) + 1) / m
+    return (3*(-mu*math.sin(theta) + math.cos(theta))*math.cos(theta) + 1)/m
 
 
 def y_A_ddot(
@@ -121,9 +121,8 @@ def y_A_ddot(
         normal force on the end A, upward; N.
     """
     return (
-        F_n * (3 * (-mu * math.sin(theta) + math.cos(theta)) * math.cos(theta) + 1) / m
-        - g
-        + l * theta_dot**2 * math.sin(theta)
+        F_n*(3*(-mu*math.sin(theta) + math.cos(theta))*math.cos(theta) + 1)/m - g +
+        l*theta_dot**2*math.sin(theta)
     )
 
 
@@ -139,7 +138,7 @@ def A_right(theta: float, m: float, mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return (3 * (mu * math.sin(theta) + math.cos(theta)) * math.cos(theta) + 1) / m
+    return (3*(mu*math.sin(theta) + math.cos(theta))*math.cos(theta) + 1)/m
 
 
 def C(theta: float, m: float, mu: float) -> float:
@@ -154,7 +153,7 @@ def C(theta: float, m: float, mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return (mu + 3 * (mu * math.sin(theta) - math.cos(theta)) * math.sin(theta)) / m
+    return (mu + 3*(mu*math.sin(theta) - math.cos(theta))*math.sin(theta))/m
 
 
 def C_right(theta: float, m: float, mu: float) -> float:
@@ -169,4 +168,4 @@ def C_right(theta: float, m: float, mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return -(3 * mu * math.sin(theta) ** 2 + mu + 3 * math.sin(theta) * math.cos(theta)) / m
+    return -(3*mu*math.sin(theta)**2 + mu + 3*math.sin(theta)*math.cos(theta))/m

@@ -22,7 +22,7 @@ def z(A: float, B: float, K: float, n: float, delta: float) -> float:
     delta : float
         compression; m.
     """
-    return float(A * K * delta**n / (B * (n + 1)))
+    return float(A*K*delta**n/(B*(n + 1)))
 
 
 def v_n_1(A: float, B: float, C: float, b_t: float, v_t: float, t_1: float) -> float:
@@ -43,7 +43,7 @@ def v_n_1(A: float, B: float, C: float, b_t: float, v_t: float, t_1: float) -> f
     t_1 : float
         time at which the slip stops; s.
     """
-    return -A * b_t * t_1 / C - A * v_t / C + B * t_1
+    return -A*b_t*t_1/C - A*v_t/C + B*t_1
 
 
 def h(
@@ -71,12 +71,7 @@ def h(
     v_n_1 : float
         normal velocity when the slip stops; m/s.
     """
-    return (
-        B_stick * delta_1
-        + (1 / 2) * v_n_1**2
-        - A_stick * B * delta_1 / A
-        - 1 / 2 * A_stick * v_n_1**2 / A
-    )
+    return B_stick*delta_1 + (1/2)*v_n_1**2 - A_stick*B*delta_1/A - 1/2*A_stick*v_n_1**2/A
 
 
 def v_n_3(
@@ -107,9 +102,7 @@ def v_n_3(
     v_n_1 : float
         normal velocity when the slip stops; m/s.
     """
-    return e_energetic * math.sqrt(
-        delta_1 * (2 * B_stick - 2 * A_stick * B / A) + v_n_1**2 * (1 - A_stick / A)
-    )
+    return e_energetic*math.sqrt(delta_1*(2*B_stick - 2*A_stick*B/A) + v_n_1**2*(1 - A_stick/A))
 
 
 def t_infinity(A: float, B: float, K: float, n: float) -> float:
@@ -126,13 +119,9 @@ def t_infinity(A: float, B: float, K: float, n: float) -> float:
     n : float
         exponent of the force; 1.
     """
-    return float(
-        math.sqrt(2)
-        * math.sqrt(-1 / B)
-        * (A * K / (B * (n + 1))) ** (-(1 / 2) / n)
-        * math.gamma(1 / 2 - (1 / 2) / n)
-        * math.gamma(1 + (1 / 2) / n)
-        / math.sqrt(math.pi)
+    return (
+        float(math.sqrt(2)*math.sqrt(-1/B)*(A*K/(B*(n + 1)))**(-(1/2)/n)*math.gamma(1/2 -
+        (1/2)/n)*math.gamma(1 + (1/2)/n)/math.sqrt(math.pi))
     )
 
 
@@ -167,16 +156,10 @@ def dv_n_3(
     e_energetic : float
         energetic coefficient of restitution; 1.
     """
-    return float(
-        -math.sqrt(2)
-        * e_energetic
-        * math.sqrt(-1 / B)
-        * (A * K / (B * (n + 1))) ** (-(1 / 2) / n)
-        * math.sqrt(1 - A_stick / A)
-        * (-A * b_t / C + B)
-        * math.gamma(1 / 2 - (1 / 2) / n)
-        * math.gamma(1 + (1 / 2) / n)
-        / math.sqrt(math.pi)
+    return (
+        float(-math.sqrt(2)*e_energetic*math.sqrt(-1/B)*(A*K/(B*(n +
+        1)))**(-(1/2)/n)*math.sqrt(1 - A_stick/A)*(-A*b_t/C + B)*math.gamma(1/2 -
+        (1/2)/n)*math.gamma(1 + (1/2)/n)/math.sqrt(math.pi))
     )
 
 
@@ -192,7 +175,7 @@ def lambda_stable(A: float, K: float, c: float) -> float:
     c : float
         damping of a linear contact K δ + c dδ/dt; N s/m.
     """
-    return -1 / 2 * A * c - 1 / 2 * math.sqrt(-A) * math.sqrt(-A * c**2 + 4 * K)
+    return -1/2*A*c - 1/2*math.sqrt(-A)*math.sqrt(-A*c**2 + 4*K)
 
 
 def delta_dot_s(A: float, K: float, delta_0: float, B_up: float, lambda_stable: float) -> float:
@@ -211,7 +194,7 @@ def delta_dot_s(A: float, K: float, delta_0: float, B_up: float, lambda_stable: 
     lambda_stable : float
         stable eigenvalue of slip with a linear contact; 1/s.
     """
-    return lambda_stable * (delta_0 + B_up / (A * K))
+    return lambda_stable*(delta_0 + B_up/(A*K))
 
 
 def v_n_c(A: float, A_stick: float, K: float, v_n_1: float, c: float) -> float:
@@ -230,4 +213,4 @@ def v_n_c(A: float, A_stick: float, K: float, v_n_1: float, c: float) -> float:
     c : float
         damping of a linear contact K δ + c dδ/dt; N s/m.
     """
-    return -K * v_n_1 * (A - A_stick) / (A * A_stick * c**2)
+    return -K*v_n_1*(A - A_stick)/(A*A_stick*c**2)

@@ -20,7 +20,7 @@ def delta_sliding(A: float, B: float, K_e: float, n: float) -> float:
     n : float
         exponent of the compression law; 1.
     """
-    return float((-B / (A * K_e)) ** (1 / n))
+    return float((-B/(A*K_e))**(1/n))
 
 
 def growth_rate(B: float, n: float, delta_sliding: float) -> float:
@@ -35,7 +35,7 @@ def growth_rate(B: float, n: float, delta_sliding: float) -> float:
     delta_sliding : float
         compression of the sliding solution; m.
     """
-    return math.sqrt(B) * math.sqrt(n) / math.sqrt(delta_sliding)
+    return math.sqrt(B)*math.sqrt(n)/math.sqrt(delta_sliding)
 
 
 def unloading_growth_rate(
@@ -57,7 +57,7 @@ def unloading_growth_rate(
     delta_sliding : float
         compression of the sliding solution; m.
     """
-    return math.sqrt(B) * math.sqrt(n) / (math.sqrt(delta_sliding) * e_energetic)
+    return math.sqrt(B)*math.sqrt(n)/(math.sqrt(delta_sliding)*e_energetic)
 
 
 def barrier(B: float, n: float, delta_sliding: float) -> float:
@@ -72,7 +72,7 @@ def barrier(B: float, n: float, delta_sliding: float) -> float:
     delta_sliding : float
         compression of the sliding solution; m.
     """
-    return B * delta_sliding * n / (n + 1)
+    return B*delta_sliding*n/(n + 1)
 
 
 def v_c(B: float, n: float, delta_sliding: float) -> float:
@@ -87,7 +87,7 @@ def v_c(B: float, n: float, delta_sliding: float) -> float:
     delta_sliding : float
         compression of the sliding solution; m.
     """
-    return math.sqrt(2) * math.sqrt(B) * math.sqrt(delta_sliding) * math.sqrt(n) / math.sqrt(n + 1)
+    return math.sqrt(2)*math.sqrt(B)*math.sqrt(delta_sliding)*math.sqrt(n)/math.sqrt(n + 1)
 
 
 def w_squared(B: float, n: float, delta_sliding: float, x: float) -> float:
@@ -104,7 +104,7 @@ def w_squared(B: float, n: float, delta_sliding: float, x: float) -> float:
     x : float
         initial compression relative to that of the sliding solution; 1.
     """
-    return float(-2 * B * delta_sliding * (n * x - n - x * x**n + x) / (n + 1))
+    return float(-2*B*delta_sliding*(n*x - n - x*x**n + x)/(n + 1))
 
 
 def sliding_force_dot(
@@ -133,18 +133,11 @@ def sliding_force_dot(
         friction coefficient; 1.
     """
     return (
-        m
-        * theta_dot
-        * (
-            24 * g * mu * math.cos(2 * theta)
-            - 12 * g * mu
-            + 24 * g * math.sin(2 * theta)
-            + 27 * l * mu * theta_dot**2 * math.sin(theta)
-            - 9 * l * mu * theta_dot**2 * math.sin(3 * theta)
-            - 25 * l * theta_dot**2 * math.cos(theta)
-            + 9 * l * theta_dot**2 * math.cos(3 * theta)
-        )
-        / (-3 * mu * math.sin(2 * theta) + 3 * math.cos(2 * theta) + 5) ** 2
+        m*theta_dot*(24*g*mu*math.cos(2*theta) - 12*g*mu + 24*g*math.sin(2*theta) +
+        27*l*mu*theta_dot**2*math.sin(theta) - 9*l*mu*theta_dot**2*math.sin(3*theta) -
+        25*l*theta_dot**2*math.cos(theta) +
+        9*l*theta_dot**2*math.cos(3*theta))/(-3*mu*math.sin(2*theta) + 3*math.cos(2*theta) +
+        5)**2
     )
 
 
@@ -158,7 +151,7 @@ def first_term(growth_rate: float, F_sliding_dot: float) -> float:
     F_sliding_dot : float
         its rate along the sliding solution; N/s.
     """
-    return F_sliding_dot / growth_rate
+    return F_sliding_dot/growth_rate
 
 
 def second_term(
@@ -193,9 +186,6 @@ def second_term(
         rate of A; 1/(kg s).
     """
     return (
-        F_sliding_ddot
-        + (1 / 2) * F_sliding_dot * r
-        - 11 / 12 * F_sliding_dot**2 / F_sliding
-        + (11 / 12) * F_sliding_dot**2 / (F_sliding * n)
-        - 1 / 4 * A_dot * F_sliding_dot / A
-    ) / growth_rate**2
+        (F_sliding_ddot + (1/2)*F_sliding_dot*r - 11/12*F_sliding_dot**2/F_sliding +
+        (11/12)*F_sliding_dot**2/(F_sliding*n) - 1/4*A_dot*F_sliding_dot/A)/growth_rate**2
+    )

@@ -28,7 +28,7 @@ def y_A_ddot_from_centre(
     y_ddot : float
         acceleration of y; m/s².
     """
-    return -l * theta_ddot * math.cos(theta) + l * theta_dot**2 * math.sin(theta) + y_ddot
+    return -l*theta_ddot*math.cos(theta) + l*theta_dot**2*math.sin(theta) + y_ddot
 
 
 def y_A_ddot_free(theta: float, theta_dot: float, l: float, g: float) -> float:
@@ -45,7 +45,7 @@ def y_A_ddot_free(theta: float, theta_dot: float, l: float, g: float) -> float:
     g : float
         gravity; m/s².
     """
-    return -g + l * theta_dot**2 * math.sin(theta)
+    return -g + l*theta_dot**2*math.sin(theta)
 
 
 def x_A_ddot(
@@ -74,10 +74,8 @@ def x_A_ddot(
         tangential force on the end A, along +x; N.
     """
     return (
-        -3 * F_n * math.sin(theta) * math.cos(theta) / m
-        + 3 * F_t * math.sin(theta) ** 2 / m
-        + F_t / m
-        + l * theta_dot**2 * math.cos(theta)
+        -3*F_n*math.sin(theta)*math.cos(theta)/m + 3*F_t*math.sin(theta)**2/m + F_t/m +
+        l*theta_dot**2*math.cos(theta)
     )
 
 
@@ -110,11 +108,8 @@ def y_A_ddot(
         tangential force on the end A, along +x; N.
     """
     return (
-        3 * F_n * math.cos(theta) ** 2 / m
-        + F_n / m
-        - 3 * F_t * math.sin(theta) * math.cos(theta) / m
-        - g
-        + l * theta_dot**2 * math.sin(theta)
+        3*F_n*math.cos(theta)**2/m + F_n/m - 3*F_t*math.sin(theta)*math.cos(theta)/m - g +
+        l*theta_dot**2*math.sin(theta)
     )
 
 
@@ -134,4 +129,4 @@ def theta_ddot(theta: float, m: float, l: float, F_n: float, F_t: float) -> floa
     F_t : float
         tangential force on the end A, along +x; N.
     """
-    return -3 * F_n * math.cos(theta) / (l * m) + 3 * F_t * math.sin(theta) / (l * m)
+    return -3*F_n*math.cos(theta)/(l*m) + 3*F_t*math.sin(theta)/(l*m)

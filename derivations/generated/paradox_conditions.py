@@ -18,7 +18,7 @@ def A(m: float, mu: float, tau: float) -> float:
     tau : float
         tan θ; 1.
     """
-    return (-3 * mu * tau + tau**2 + 4) / (m * (tau**2 + 1))
+    return (-3*mu*tau + tau**2 + 4)/(m*(tau**2 + 1))
 
 
 def mu_P(tau: float) -> float:
@@ -29,7 +29,7 @@ def mu_P(tau: float) -> float:
     tau : float
         tan θ; 1.
     """
-    return (1 / 3) * (tau**2 + 4) / tau
+    return (1/3)*(tau**2 + 4)/tau
 
 
 def tau_min() -> float:
@@ -50,7 +50,7 @@ def tau_low(mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return (3 / 2) * mu - 1 / 2 * math.sqrt(9 * mu**2 - 16)
+    return (3/2)*mu - 1/2*math.sqrt(9*mu**2 - 16)
 
 
 def tau_high(mu: float) -> float:
@@ -61,7 +61,7 @@ def tau_high(mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return (3 / 2) * mu + (1 / 2) * math.sqrt(9 * mu**2 - 16)
+    return (3/2)*mu + (1/2)*math.sqrt(9*mu**2 - 16)
 
 
 def theta_dot_squared_B(theta: float, l: float, g: float) -> float:
@@ -76,7 +76,7 @@ def theta_dot_squared_B(theta: float, l: float, g: float) -> float:
     g : float
         gravity; m/s².
     """
-    return g / (l * math.sin(theta))
+    return g/(l*math.sin(theta))
 
 
 def F_n_star(theta: float, theta_dot: float, m: float, l: float, g: float, mu: float) -> float:
@@ -98,9 +98,8 @@ def F_n_star(theta: float, theta_dot: float, m: float, l: float, g: float, mu: f
         friction coefficient; 1.
     """
     return (
-        m
-        * (g - l * theta_dot**2 * math.sin(theta))
-        / (3 * (-mu * math.sin(theta) + math.cos(theta)) * math.cos(theta) + 1)
+        m*(g - l*theta_dot**2*math.sin(theta))/(3*(-mu*math.sin(theta) +
+        math.cos(theta))*math.cos(theta) + 1)
     )
 
 
@@ -118,4 +117,4 @@ def growth_squared(A: float, F_n_star: float, delta_star: float, n: float) -> fl
     n : float
         exponent of the compression law; 1.
     """
-    return -A * F_n_star * n / delta_star
+    return -A*F_n_star*n/delta_star

@@ -16,7 +16,7 @@ def T(a: float, v: float) -> float:
     v : float
         speed with which a flight starts and ends; m/s.
     """
-    return 2 * v / a
+    return 2*v/a
 
 
 def tau(a: float, b_t: float) -> float:
@@ -29,7 +29,7 @@ def tau(a: float, b_t: float) -> float:
     b_t : float
         free tangential acceleration; m/s².
     """
-    return 2 * b_t / a
+    return 2*b_t/a
 
 
 def P_1(W_tt: float, kappa: float, mu: float, tau: float, v: float) -> float:
@@ -48,7 +48,7 @@ def P_1(W_tt: float, kappa: float, mu: float, tau: float, v: float) -> float:
     v : float
         speed with which a flight starts and ends; m/s.
     """
-    return -tau * v / (W_tt * (kappa - mu))
+    return -tau*v/(W_tt*(kappa - mu))
 
 
 def v_1(W_tt: float, kappa: float, A_stick: float, mu: float, tau: float, v: float) -> float:
@@ -69,9 +69,7 @@ def v_1(W_tt: float, kappa: float, A_stick: float, mu: float, tau: float, v: flo
     v : float
         speed with which a flight starts and ends; m/s.
     """
-    return (
-        tau * v * (A_stick + W_tt * kappa**2 - W_tt * kappa * mu) / (W_tt * kappa - W_tt * mu) + v
-    )
+    return tau*v*(A_stick + W_tt*kappa**2 - W_tt*kappa*mu)/(W_tt*kappa - W_tt*mu) + v
 
 
 def P_c(kappa: float, A_stick: float, tau: float, v: float) -> float:
@@ -88,7 +86,7 @@ def P_c(kappa: float, A_stick: float, tau: float, v: float) -> float:
     v : float
         speed with which a flight starts and ends; m/s.
     """
-    return v * (kappa * tau + 1) / A_stick
+    return v*(kappa*tau + 1)/A_stick
 
 
 def rho_poisson(kappa: float, tau: float, e_poisson: float) -> float:
@@ -103,7 +101,7 @@ def rho_poisson(kappa: float, tau: float, e_poisson: float) -> float:
     e_poisson : float
         Poisson's coefficient of restitution; 1.
     """
-    return e_poisson * (kappa * tau + 1)
+    return e_poisson*(kappa*tau + 1)
 
 
 def e_poisson_1(kappa: float, tau: float) -> float:
@@ -116,7 +114,7 @@ def e_poisson_1(kappa: float, tau: float) -> float:
     tau : float
         2 b_t/a; 1.
     """
-    return 1 / (kappa * tau + 1)
+    return 1/(kappa*tau + 1)
 
 
 def E_c(W_tt: float, kappa: float, A_stick: float, mu: float, tau: float, v: float) -> float:
@@ -138,18 +136,9 @@ def E_c(W_tt: float, kappa: float, A_stick: float, mu: float, tau: float, v: flo
         speed with which a flight starts and ends; m/s.
     """
     return (
-        (1 / 2)
-        * v**2
-        * (
-            A_stick * kappa * tau**2
-            + W_tt * kappa**3 * tau**2
-            - W_tt * kappa**2 * mu * tau**2
-            + 2 * W_tt * kappa**2 * tau
-            - 2 * W_tt * kappa * mu * tau
-            + W_tt * kappa
-            - W_tt * mu
-        )
-        / (A_stick * W_tt * (kappa - mu))
+        (1/2)*v**2*(A_stick*kappa*tau**2 + W_tt*kappa**3*tau**2 - W_tt*kappa**2*mu*tau**2 +
+        2*W_tt*kappa**2*tau - 2*W_tt*kappa*mu*tau + W_tt*kappa - W_tt*mu)/(A_stick*W_tt*(kappa -
+        mu))
     )
 
 
@@ -178,9 +167,7 @@ def rho_energetic_squared(
     e_energetic : float
         energetic coefficient of restitution; 1.
     """
-    return e_energetic**2 * (
-        -A_stick * kappa * tau**2 / (W_tt * (-kappa + mu)) + (kappa * tau + 1) ** 2
-    )
+    return e_energetic**2*(-A_stick*kappa*tau**2/(W_tt*(-kappa + mu)) + (kappa*tau + 1)**2)
 
 
 def e_energetic_1(W_tt: float, kappa: float, A_stick: float, mu: float, tau: float) -> float:
@@ -199,9 +186,7 @@ def e_energetic_1(W_tt: float, kappa: float, A_stick: float, mu: float, tau: flo
     tau : float
         2 b_t/a; 1.
     """
-    return 1 / math.sqrt(
-        -A_stick * kappa * tau**2 / (W_tt * (-kappa + mu)) + (kappa * tau + 1) ** 2
-    )
+    return 1/math.sqrt(-A_stick*kappa*tau**2/(W_tt*(-kappa + mu)) + (kappa*tau + 1)**2)
 
 
 def mu_1(W_tt: float, kappa: float, A_stick: float, tau: float, e_energetic: float) -> float:
@@ -221,13 +206,8 @@ def mu_1(W_tt: float, kappa: float, A_stick: float, tau: float, e_energetic: flo
         energetic coefficient of restitution; 1.
     """
     return (
-        kappa
-        * (
-            A_stick * e_energetic**2 * tau**2
-            + W_tt * e_energetic**2 * (kappa * tau + 1) ** 2
-            - W_tt
-        )
-        / (W_tt * (e_energetic**2 * (kappa * tau + 1) ** 2 - 1))
+        kappa*(A_stick*e_energetic**2*tau**2 + W_tt*e_energetic**2*(kappa*tau + 1)**2 -
+        W_tt)/(W_tt*(e_energetic**2*(kappa*tau + 1)**2 - 1))
     )
 
 
@@ -243,7 +223,7 @@ def stick_drop(W_tt: float, kappa: float, mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return W_tt * kappa * (kappa - mu)
+    return W_tt*kappa*(kappa - mu)
 
 
 def reverse_drop(W_tt: float, kappa: float, mu: float) -> float:
@@ -258,4 +238,4 @@ def reverse_drop(W_tt: float, kappa: float, mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return -2 * W_tt * kappa * mu
+    return -2*W_tt*kappa*mu

@@ -23,10 +23,9 @@ def A(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
         angle of the slip from the direction against the azimuth; rad.
     """
     return (
-        -alpha * mu * math.sin(theta) * math.cos(beta) * math.cos(theta)
-        + alpha * math.cos(theta) ** 2
-        + 1
-    ) / m
+        (-alpha*mu*math.sin(theta)*math.cos(beta)*math.cos(theta) + alpha*math.cos(theta)**2 +
+        1)/m
+    )
 
 
 def B(
@@ -64,11 +63,9 @@ def B(
         gravity; m/s².
     """
     return (
-        -J_3 * alpha * phi_dot * psi_dot * math.cos(theta) ** 2 / (l * m)
-        - J_3 * alpha * psi_dot**2 * math.sin(theta) * math.cos(theta) ** 2 / (l * m)
-        - g
-        + l * psi_dot**2 * math.sin(theta) * math.cos(theta) ** 2
-        + l * theta_dot**2 * math.sin(theta)
+        -J_3*alpha*phi_dot*psi_dot*math.cos(theta)**2/(l*m) -
+        J_3*alpha*psi_dot**2*math.sin(theta)*math.cos(theta)**2/(l*m) - g +
+        l*psi_dot**2*math.sin(theta)*math.cos(theta)**2 + l*theta_dot**2*math.sin(theta)
     )
 
 
@@ -82,7 +79,7 @@ def mu_P(theta: float, alpha: float) -> float:
     alpha : float
         m l^2/J: 3 for a slender rod, more with a heavy middle; 1.
     """
-    return (alpha * math.cos(theta) ** 2 + 1) / (alpha * math.sin(theta) * math.cos(theta))
+    return (alpha*math.cos(theta)**2 + 1)/(alpha*math.sin(theta)*math.cos(theta))
 
 
 def theta_dot_squared(theta: float, psi_dot: float, l: float, g: float) -> float:
@@ -99,7 +96,7 @@ def theta_dot_squared(theta: float, psi_dot: float, l: float, g: float) -> float
     g : float
         gravity; m/s².
     """
-    return g / (l * math.sin(theta)) - psi_dot**2 * math.cos(theta) ** 2
+    return g/(l*math.sin(theta)) - psi_dot**2*math.cos(theta)**2
 
 
 def psi_dot_0(theta: float, l: float, g: float) -> float:
@@ -114,7 +111,7 @@ def psi_dot_0(theta: float, l: float, g: float) -> float:
     g : float
         gravity; m/s².
     """
-    return math.sqrt(g) * math.sqrt(1 / math.sin(theta)) / (math.sqrt(l) * math.cos(theta))
+    return math.sqrt(g)*math.sqrt(1/math.sin(theta))/(math.sqrt(l)*math.cos(theta))
 
 
 def psi_dot_m(l: float, g: float) -> float:
@@ -127,7 +124,7 @@ def psi_dot_m(l: float, g: float) -> float:
     g : float
         gravity; m/s².
     """
-    return float((1 / 2) * math.sqrt(2) * 3 ** (3 / 4) * math.sqrt(g) / math.sqrt(l))
+    return float((1/2)*math.sqrt(2)*3**(3/4)*math.sqrt(g)/math.sqrt(l))
 
 
 def k(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
@@ -147,10 +144,9 @@ def k(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
         angle of the slip from the direction against the azimuth; rad.
     """
     return (
-        alpha * mu * math.cos(beta) ** 2 * math.cos(theta) ** 2
-        + alpha * math.sin(theta) * math.cos(beta) * math.cos(theta)
-        - mu * (alpha + 1)
-    ) / m
+        (alpha*mu*math.cos(beta)**2*math.cos(theta)**2 +
+        alpha*math.sin(theta)*math.cos(beta)*math.cos(theta) - mu*(alpha + 1))/m
+    )
 
 
 def h(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
@@ -170,11 +166,8 @@ def h(theta: float, m: float, alpha: float, mu: float, beta: float) -> float:
         angle of the slip from the direction against the azimuth; rad.
     """
     return (
-        -alpha
-        * (mu * math.cos(beta) * math.cos(theta) + math.sin(theta))
-        * math.sin(beta)
-        * math.cos(theta)
-        / m
+        -alpha*(mu*math.cos(beta)*math.cos(theta) +
+        math.sin(theta))*math.sin(beta)*math.cos(theta)/m
     )
 
 
@@ -194,11 +187,11 @@ def C(theta: float, alpha: float, mu: float, beta: float, v: float) -> float:
     v : float
         slip velocity; m/s.
     """
-    return math.log(v * math.sin(beta)) + mu * (alpha + 1) * (
-        mu
-        * math.log(mu * math.cos(beta) * math.cos(theta) + math.sin(theta))
-        * math.cos(theta)
-        / (mu**2 * math.cos(theta) ** 2 - math.sin(theta) ** 2)
-        - math.log(1 - math.cos(beta)) / (2 * mu * math.cos(theta) + 2 * math.sin(theta))
-        + math.log(math.cos(beta) + 1) / (-2 * mu * math.cos(theta) + 2 * math.sin(theta))
-    ) / (alpha * math.cos(theta))
+    return (
+        math.log(v*math.sin(beta)) + mu*(alpha +
+        1)*(mu*math.log(mu*math.cos(beta)*math.cos(theta) +
+        math.sin(theta))*math.cos(theta)/(mu**2*math.cos(theta)**2 - math.sin(theta)**2) -
+        math.log(1 - math.cos(beta))/(2*mu*math.cos(theta) + 2*math.sin(theta)) +
+        math.log(math.cos(beta) + 1)/(-2*mu*math.cos(theta) +
+        2*math.sin(theta)))/(alpha*math.cos(theta))
+    )

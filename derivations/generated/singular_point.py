@@ -20,10 +20,7 @@ def A_dot(theta: float, theta_dot: float, m: float, mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return (
-        3 * mu * theta_dot
-        - 6 * theta_dot * (mu * math.cos(theta) + math.sin(theta)) * math.cos(theta)
-    ) / m
+    return (3*mu*theta_dot - 6*theta_dot*(mu*math.cos(theta) + math.sin(theta))*math.cos(theta))/m
 
 
 def beta_0(theta: float, theta_dot: float, l: float) -> float:
@@ -38,7 +35,7 @@ def beta_0(theta: float, theta_dot: float, l: float) -> float:
     l : float
         half length of the rod; m.
     """
-    return l * theta_dot**3 * math.cos(theta)
+    return l*theta_dot**3*math.cos(theta)
 
 
 def beta_1(theta: float, theta_dot: float, m: float, mu: float) -> float:
@@ -55,7 +52,7 @@ def beta_1(theta: float, theta_dot: float, m: float, mu: float) -> float:
     mu : float
         friction coefficient; 1.
     """
-    return 6 * theta_dot * (mu * math.sin(theta) - math.cos(theta)) * math.sin(theta) / m
+    return 6*theta_dot*(mu*math.sin(theta) - math.cos(theta))*math.sin(theta)/m
 
 
 def lambda_A(A_dot: float) -> float:
@@ -92,7 +89,7 @@ def F_star(A_dot: float, beta_0: float, beta_1: float) -> float:
     beta_1 : float
         rate of B per normal force; 1/(kg s).
     """
-    return -beta_0 / (A_dot + beta_1)
+    return -beta_0/(A_dot + beta_1)
 
 
 def gamma(A_dot: float, beta_1: float) -> float:
@@ -105,7 +102,7 @@ def gamma(A_dot: float, beta_1: float) -> float:
     beta_1 : float
         rate of B per normal force; 1/(kg s).
     """
-    return 1 + beta_1 / A_dot
+    return 1 + beta_1/A_dot
 
 
 def r(tau: float) -> float:
@@ -116,7 +113,7 @@ def r(tau: float) -> float:
     tau : float
         tan θ at the singular point; 1.
     """
-    return -2 * tau**2 / (tau**2 - 4)
+    return -2*tau**2/(tau**2 - 4)
 
 
 def F_star_rod(m: float, g: float, tau: float) -> float:
@@ -131,7 +128,7 @@ def F_star_rod(m: float, g: float, tau: float) -> float:
     tau : float
         tan θ at the singular point; 1.
     """
-    return -g * m / (3 * tau**2 - 4)
+    return -g*m/(3*tau**2 - 4)
 
 
 def tau_C() -> float:

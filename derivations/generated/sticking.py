@@ -22,11 +22,7 @@ def F_t(theta: float, theta_dot: float, m: float, l: float, F_n: float) -> float
     F_n : float
         normal force on the end A, upward; N.
     """
-    return (
-        (3 * F_n * math.sin(theta) - l * m * theta_dot**2)
-        * math.cos(theta)
-        / (3 * math.sin(theta) ** 2 + 1)
-    )
+    return (3*F_n*math.sin(theta) - l*m*theta_dot**2)*math.cos(theta)/(3*math.sin(theta)**2 + 1)
 
 
 def A_stick(theta: float, m: float) -> float:
@@ -39,7 +35,7 @@ def A_stick(theta: float, m: float) -> float:
     m : float
         mass; kg.
     """
-    return 4 / (m * (3 * math.sin(theta) ** 2 + 1))
+    return 4/(m*(3*math.sin(theta)**2 + 1))
 
 
 def B_stick(theta: float, theta_dot: float, l: float, g: float) -> float:
@@ -56,7 +52,7 @@ def B_stick(theta: float, theta_dot: float, l: float, g: float) -> float:
     g : float
         gravity; m/s².
     """
-    return -g + 4 * l * theta_dot**2 * math.sin(theta) / (3 * math.sin(theta) ** 2 + 1)
+    return -g + 4*l*theta_dot**2*math.sin(theta)/(3*math.sin(theta)**2 + 1)
 
 
 def mu_stick(theta: float) -> float:
@@ -67,4 +63,4 @@ def mu_stick(theta: float) -> float:
     theta : float
         angle from the ground to the rod; rad.
     """
-    return 3 * math.sin(theta) * math.cos(theta) / (3 * math.sin(theta) ** 2 + 1)
+    return 3*math.sin(theta)*math.cos(theta)/(3*math.sin(theta)**2 + 1)

@@ -20,7 +20,7 @@ def P_n1(theta: float, m: float, mu: float, x_A_dot_0: float) -> float:
     x_A_dot_0 : float
         slip velocity before the impact; m/s.
     """
-    return -m * x_A_dot_0 / (mu + 3 * (mu * math.sin(theta) - math.cos(theta)) * math.sin(theta))
+    return -m*x_A_dot_0/(mu + 3*(mu*math.sin(theta) - math.cos(theta))*math.sin(theta))
 
 
 def y_A_dot_1(theta: float, mu: float, x_A_dot_0: float, y_A_dot_0: float) -> float:
@@ -38,10 +38,8 @@ def y_A_dot_1(theta: float, mu: float, x_A_dot_0: float, y_A_dot_0: float) -> fl
         normal velocity before the impact; m/s.
     """
     return (
-        -x_A_dot_0
-        * (3 * (-mu * math.sin(theta) + math.cos(theta)) * math.cos(theta) + 1)
-        / (mu + 3 * (mu * math.sin(theta) - math.cos(theta)) * math.sin(theta))
-        + y_A_dot_0
+        -x_A_dot_0*(3*(-mu*math.sin(theta) + math.cos(theta))*math.cos(theta) + 1)/(mu +
+        3*(mu*math.sin(theta) - math.cos(theta))*math.sin(theta)) + y_A_dot_0
     )
 
 
@@ -70,7 +68,7 @@ def theta_dot_1(
     P_n1 : float
         normal impulse of the tangential impact; N s.
     """
-    return 3 * P_n1 * (mu * math.sin(theta) - math.cos(theta)) / (l * m) + theta_dot_0
+    return 3*P_n1*(mu*math.sin(theta) - math.cos(theta))/(l*m) + theta_dot_0
 
 
 def E_n1(theta: float, m: float, mu: float, y_A_dot_0: float, y_A_dot_1: float) -> float:
@@ -90,11 +88,8 @@ def E_n1(theta: float, m: float, mu: float, y_A_dot_0: float, y_A_dot_1: float) 
         normal velocity when the slip stops; m/s.
     """
     return (
-        (1 / 2)
-        * m
-        * (y_A_dot_0 - y_A_dot_1)
-        * (y_A_dot_0 + y_A_dot_1)
-        / (3 * (-mu * math.sin(theta) + math.cos(theta)) * math.cos(theta) + 1)
+        (1/2)*m*(y_A_dot_0 - y_A_dot_1)*(y_A_dot_0 + y_A_dot_1)/(3*(-mu*math.sin(theta) +
+        math.cos(theta))*math.cos(theta) + 1)
     )
 
 
@@ -112,13 +107,7 @@ def E_n1_without_collision(theta: float, m: float, mu: float, y_A_dot_1: float) 
     y_A_dot_1 : float
         normal velocity when the slip stops; m/s.
     """
-    return (
-        -1
-        / 2
-        * m
-        * y_A_dot_1**2
-        / (3 * (-mu * math.sin(theta) + math.cos(theta)) * math.cos(theta) + 1)
-    )
+    return -1/2*m*y_A_dot_1**2/(3*(-mu*math.sin(theta) + math.cos(theta))*math.cos(theta) + 1)
 
 
 def P_n2(theta: float, m: float, y_A_dot_1: float) -> float:
@@ -133,7 +122,7 @@ def P_n2(theta: float, m: float, y_A_dot_1: float) -> float:
     y_A_dot_1 : float
         normal velocity when the slip stops; m/s.
     """
-    return -1 / 4 * m * y_A_dot_1 * (3 * math.sin(theta) ** 2 + 1)
+    return -1/4*m*y_A_dot_1*(3*math.sin(theta)**2 + 1)
 
 
 def theta_dot_2(theta: float, l: float, y_A_dot_1: float, theta_dot_1: float) -> float:
@@ -150,7 +139,7 @@ def theta_dot_2(theta: float, l: float, y_A_dot_1: float, theta_dot_1: float) ->
     theta_dot_1 : float
         angular velocity when the slip stops; rad/s.
     """
-    return theta_dot_1 + (3 / 4) * y_A_dot_1 * math.cos(theta) / l
+    return theta_dot_1 + (3/4)*y_A_dot_1*math.cos(theta)/l
 
 
 def E_n2(theta: float, m: float, y_A_dot_1: float) -> float:
@@ -165,7 +154,7 @@ def E_n2(theta: float, m: float, y_A_dot_1: float) -> float:
     y_A_dot_1 : float
         normal velocity when the slip stops; m/s.
     """
-    return (1 / 8) * m * y_A_dot_1**2 * (3 * math.sin(theta) ** 2 + 1)
+    return (1/8)*m*y_A_dot_1**2*(3*math.sin(theta)**2 + 1)
 
 
 def E_nr(E_n1: float, E_n2: float, e_energetic: float) -> float:
@@ -180,7 +169,7 @@ def E_nr(E_n1: float, E_n2: float, e_energetic: float) -> float:
     e_energetic : float
         energetic coefficient of restitution; 1.
     """
-    return -(e_energetic**2) * (E_n1 + E_n2)
+    return -e_energetic**2*(E_n1 + E_n2)
 
 
 def y_A_dot_3(theta: float, m: float, E_nr: float) -> float:
@@ -195,12 +184,7 @@ def y_A_dot_3(theta: float, m: float, E_nr: float) -> float:
     E_nr : float
         energy stored in sticking restitution, negative; J.
     """
-    return (
-        2
-        * math.sqrt(2)
-        * math.sqrt(-E_nr)
-        / (math.sqrt(m) * math.sqrt(3 * math.sin(theta) ** 2 + 1))
-    )
+    return 2*math.sqrt(2)*math.sqrt(-E_nr)/(math.sqrt(m)*math.sqrt(3*math.sin(theta)**2 + 1))
 
 
 def theta_dot_3(theta: float, l: float, y_A_dot_3: float, theta_dot_2: float) -> float:
@@ -217,7 +201,7 @@ def theta_dot_3(theta: float, l: float, y_A_dot_3: float, theta_dot_2: float) ->
     theta_dot_2 : float
         angular velocity at the largest compression; rad/s.
     """
-    return theta_dot_2 - 3 / 4 * y_A_dot_3 * math.cos(theta) / l
+    return theta_dot_2 - 3/4*y_A_dot_3*math.cos(theta)/l
 
 
 def P_n3(theta: float, m: float, y_A_dot_3: float) -> float:
@@ -232,7 +216,7 @@ def P_n3(theta: float, m: float, y_A_dot_3: float) -> float:
     y_A_dot_3 : float
         normal velocity after the impact; m/s.
     """
-    return (1 / 4) * m * y_A_dot_3 * (3 * math.sin(theta) ** 2 + 1)
+    return (1/4)*m*y_A_dot_3*(3*math.sin(theta)**2 + 1)
 
 
 def y_A_dot_3_without_collision(
@@ -254,4 +238,4 @@ def y_A_dot_3_without_collision(
     A_stick : float
         normal acceleration per normal force in sticking; 1/kg.
     """
-    return -e_energetic * y_A_dot_1 * math.sqrt(1 - A_stick / A)
+    return -e_energetic*y_A_dot_1*math.sqrt(1 - A_stick/A)

@@ -637,7 +637,9 @@ command(
     "certify",
     "prove that a contact has no paradox on a box of states",
     MODEL,
-    several("--over", "NAME=FROM:TO,...", "the box, such as theta=0.2:1.4,mu=1:1.3", required=True),
+    several(
+        "--over", "NAME=FROM:TO,...", "the box, such as theta=0.2:1.4,mu=1:1.3", required=True
+    ),
     several("--state", "NAME=VALUE,...", "states that are held; by default the model's start"),
     SET,
     CONTACT,

@@ -145,12 +145,12 @@ def _base(asked: bool | None, root: str, bodies: list[Body]) -> tuple[bool, str]
         return False, f"The base is fixed: the root link is called {_WORLD!r}."
     if any(body.mass > 0 for body in _fixed_to_base(bodies)):
         return True, (
-            f"The base is taken to float, since the root link {root!r} has an inertia and URDF does "
-            "not say. For a robot that is bolted down: --base fixed, in Python floating=False."
+            f"The base is taken to float, since the root link {root!r} has an inertia and URDF "
+            "does not say. For a robot that is bolted down: --base fixed, in Python floating=False."
         )
     return False, (
-        f"The base is taken as fixed, since the root link {root!r} has no inertia and URDF does not "
-        "say. For a robot that moves freely: --base floating, in Python floating=True."
+        f"The base is taken as fixed, since the root link {root!r} has no inertia and URDF does "
+        "not say. For a robot that moves freely: --base floating, in Python floating=True."
     )
 
 

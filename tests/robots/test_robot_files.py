@@ -188,7 +188,7 @@ def test_inertia_that_is_nearly_that_of_a_body_is_a_notice(tmp_path):
     ("text", "asked", "floating", "sentence"),
     [
         (urdf(links("a")), None, True, "root link 'a' has an inertia and URDF does not say"),
-        (urdf('<link name="a"/>'), None, False, "root link 'a' has no inertia and URDF does not"),
+        (urdf('<link name="a"/>'), None, False, "root link 'a' has no inertia and URDF does"),
         (urdf(links("world")), None, False, "is fixed: the root link is called 'world'"),
         (urdf(links("a")), False, False, "link 'a', is fixed as asked"),
         (body(HINGE), None, False, "is fixed: no body of the file has a free joint"),

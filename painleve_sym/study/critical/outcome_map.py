@@ -95,7 +95,8 @@ class OutcomeMap:
         return {
             **plain_fields(self, "mechanism", "law", "over", "unit", "counts"),
             "critical_forces": [
-                dict(zip(names, map(finite, row), strict=True)) for row in self.columns.tolist()
+                dict(zip(names, map(finite, row), strict=True))
+                for row in self.columns.tolist()
             ],
             **plain_fields(self, "state", "parameters"),
         }
