@@ -12,6 +12,8 @@ MAX_MESSAGE, MAX_FAULT = 2000, 500
 """Characters of a message, and of one fault of a model: they may quote input of any size."""
 MAX_NAME, MAX_COMPARED = 100, 1000
 """Length of a name, and number of names, among which the nearest to a mistyped one is sought."""
+_NEAR = 0.6
+"""Least ratio of `difflib` of two names of which one may be the other, mistyped."""
 MAX_SHOWN = 80
 """Characters of a value in a message about its type."""
 MAX_FAULTS, MAX_LISTED = 20, 4000
@@ -143,7 +145,7 @@ class EventKind(enum.StrEnum):
         return member
 
 
-class StopReason(enum.Enum):
+class StopReason(enum.StrEnum):
     """Reason for the end of an integration; `advice` says which change may help."""
 
     T_END = ("t_end", "the end time was reached")
@@ -195,9 +197,15 @@ class StopReason(enum.Enum):
         "no mode of the automaton admits the state; check the start state against the law",
     )
 
-    def __init__(self, label: str, advice: str) -> None:
-        self.label = label
-        self.advice = advice
+    label: str
+    advice: str
+
+    def __new__(cls, label: str, advice: str = "") -> StopReason:
+        """Return the member that is the text `label`."""
+        member = str.__new__(cls, label)
+        member._value_ = member.label = label
+        member.advice = advice
+        return member
 
     @classmethod
     def from_label(cls, label: str) -> StopReason:
@@ -220,12 +228,21 @@ def refuse_unknown(kind: str, name: object, known: Iterable[str], where: str = "
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> str:
-    """Return one sentence naming an unknown name, the nearest known one and all that are known."""
+    """Return sentences on an unknown name, the nearest known one and all that are known.
+
+    Where it is the text of a known symbol, the symbols differ by their assumptions.
+    """
     name = name if isinstance(name, str) else repr(name)
     names = sorted(map(str, known))
+    if name in names:
+        return (
+            f"{kind} {name!r} is another symbol than the declared one of this name: its "
+            f"assumptions differ, as those of Symbol({name!r}) without real=True do. Fix: take "
+            "the `symbol` of the declaration."
+        )
     # Comparing takes the product of both lengths, too long for names of a thousand letters.
     compared = [n for n in names if len(n) <= MAX_NAME] if len(name) <= MAX_NAME else []
-    near = difflib.get_close_matches(name, compared[:MAX_COMPARED], n=1, cutoff=0.5)
+    near = difflib.get_close_matches(name, compared[:MAX_COMPARED], n=1, cutoff=_NEAR)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     listed = shortened(", ".join(names)) if names else "none"
     return f"unknown {kind} {shortened(repr(name), MAX_NAME)}.{hint} Known: {listed}."

@@ -194,7 +194,7 @@ def of_plain(kind: Any, data: Any) -> Any:
     if hasattr(kind, "_fields"):
         return kind(*(of_plain(p, v) for (_, p), v in zip(_fields(kind), data, strict=True)))
     if isinstance(kind, type) and issubclass(kind, Enum):
-        return kind(tuple(data) if isinstance(data, list) else data)
+        return kind(data)
     return data
 
 

@@ -111,3 +111,38 @@ def test_long_names_are_not_compared():
     message = unknown_name("name", long, names)
     assert "Did you mean" not in message and len(message) < 2 * MAX_MESSAGE
     assert "Did you mean 'mass'" in unknown_name("name", "mas", names)
+
+
+@pytest.mark.parametrize(
+    ("name", "known"), [("t_eval", ["material"]), ("method", ["record"]), ("E", ["e", "mu"])]
+)
+def test_no_name_is_suggested_that_is_far(name, known):
+    assert "Did you mean" not in unknown_name("argument", name, known)
+
+
+@pytest.mark.parametrize(
+    ("build", "word"),
+    [
+        (lambda s, m: {"kinetic_energy": m * s["x_dot"] ** 2 / 2}, "kinetic energy"),
+        (lambda s, m: {"potential_energy": m * s["x"]}, "potential energy"),
+        (lambda s, m: {"generalized_forces": {"x": -m * s["x"]}}, "generalized force"),
+    ],
+)
+def test_a_symbol_of_other_assumptions_is_said_to_be_another(build, word):
+    import sympy as sp
+
+    import painleve_sym as ps
+
+    x, m = ps.Coordinate("x", "place", "m"), ps.Parameter("m", 1.0, "kg", "mass")
+    symbols = {"x": x.symbol, "x_dot": x.velocity.symbol}
+    given = {
+        "kinetic_energy": m.symbol * x.velocity.symbol**2 / 2,
+        "potential_energy": sp.S.Zero,
+        "generalized_forces": {},
+    }
+    ps.LagrangianSystem("block", (x,), (m,), **(given | build(symbols, m.symbol)))
+    with pytest.raises(InputError) as raised:
+        ps.LagrangianSystem("block", (x,), (m,), **(given | build(symbols, sp.Symbol("m"))))
+    text = str(raised.value)
+    assert word in text and "assumptions differ" in text and "real=True" in text
+    assert "Did you mean" not in text

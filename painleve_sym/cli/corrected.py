@@ -31,7 +31,7 @@ def corrected_data(corrected: CorrectedJump) -> dict[str, Any]:
     shape = ("stiffness", "exponent", "initial_compression", "largest_compression", "duration")
     return {
         **plain_fields(corrected, "law", "configuration", "method", *shape),
-        "end": corrected.end.name.lower(),
+        "end": corrected.end.value,
         "phases": [plain_fields(phase, "name", *_PHASE) for phase in corrected.phases],
         "final": {"velocity": dict(corrected.velocity)},
     }

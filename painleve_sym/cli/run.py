@@ -119,7 +119,7 @@ def jump(arguments: argparse.Namespace) -> int:
 
 def _rigidity(scenario: Scenario, corrected: CorrectedJump) -> tuple[str, ...]:
     """Return sentences on bodies that are not rigid in an impact that ends."""
-    ends = corrected.end.name == "SEPARATION"
+    ends = corrected.end == "separation"
     return scenario.rigidity_notices(corrected.duration) if ends else ()
 
 

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray, affine_face
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 
 ENUMERATION_LIMIT = 14  # 2**14 cones take a few seconds, and each further pair doubles that
@@ -28,7 +29,7 @@ _ROUND_OFF = 1e-13  # of the largest entry: what a solve may leave of a zero, on
 
 
 @dataclass(frozen=True, eq=False)
-class LCP:
+class LCP(Compared):
     """State one problem ``w = matrix z + offset``, ``z >= 0``, ``w >= 0``, ``z'w = 0``.
 
     In a contact problem a positive entry of `z` is a force that pushes (or a speeding-up of slip),
@@ -88,7 +89,7 @@ class LCP:
 
 
 @dataclass(frozen=True, eq=False)
-class LCPSolution:
+class LCPSolution(Compared):
     """Hold one verified solution.
 
     `z` and ``w = M z + q`` are as computed, rounding included, and read-only. A pair is active

@@ -24,12 +24,13 @@ from painleve_sym.complementarity.lcp import (
     solution_at,
 )
 from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.equality import Compared
 
 _PIVOT = 1e-11  # smaller entries of a scaled tableau are what elimination left of a zero
 _TIE = 1e-12  # ratios closer than this are equal; the lexicographic rule then decides
 
 
-class LemkeStatus(enum.Enum):
+class LemkeStatus(enum.StrEnum):
     """Say how Lemke's method ended; `advice` tells what that means and what to change."""
 
     SOLVED = ("solved", "the solution has been checked; solve_all tells whether there are others")
@@ -46,16 +47,22 @@ class LemkeStatus(enum.Enum):
         "the data or ask solve_all",
     )
 
-    def __init__(self, label: str, advice: str) -> None:
-        self.label = label
-        self.advice = advice
+    label: str
+    advice: str
+
+    def __new__(cls, label: str, advice: str = "") -> LemkeStatus:
+        """Return the member that is the text `label`."""
+        member = str.__new__(cls, label)
+        member._value_ = member.label = label
+        member.advice = advice
+        return member
 
 
 Solution = TypeVar("Solution")
 
 
 @dataclass(frozen=True, eq=False)
-class LemkeResult(Generic[Solution]):
+class LemkeResult(Compared, Generic[Solution]):
     """Report one run of Lemke's method: its end, the solution if there is one, the pivots used."""
 
     status: LemkeStatus

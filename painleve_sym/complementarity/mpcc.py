@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, equilibrate, residual
 from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 
 # Bounds on z_i w_i of the scaled problem. Each step's product is within reach of the last point;
@@ -33,7 +34,7 @@ _CORNER_LIMIT = 4  # 2**4 corner starts; for more pairs random corners take thei
 _NEAR = 1e-6  # solutions with a smaller relative distance are one; IPOPT leaves some 1e-8
 
 
-class MPCCStatus(enum.Enum):
+class MPCCStatus(enum.StrEnum):
     """Say how one relaxation run ended; `advice` tells what that means and what to change."""
 
     SOLVED = ("solved", "the point has been checked; there may be others, see solve_mpcc_all")
@@ -48,13 +49,19 @@ class MPCCStatus(enum.Enum):
         "IPOPT reports success, but the point fails the residual check; ask solve_all",
     )
 
-    def __init__(self, label: str, advice: str) -> None:
-        self.label = label
-        self.advice = advice
+    label: str
+    advice: str
+
+    def __new__(cls, label: str, advice: str = "") -> MPCCStatus:
+        """Return the member that is the text `label`."""
+        member = str.__new__(cls, label)
+        member._value_ = member.label = label
+        member.advice = advice
+        return member
 
 
 @dataclass(frozen=True, eq=False)
-class MPCCResult:
+class MPCCResult(Compared):
     """Report the run from one start: SOLVED only where the residual passes the check.
 
     `z` is the last point, a solution only then, and ``w = M z + q``. Iterations are IPOPT's over
@@ -71,7 +78,7 @@ class MPCCResult:
 
 
 @dataclass(frozen=True, eq=False)
-class MPCCSurvey:
+class MPCCSurvey(Compared):
     """Report many starts: the distinct solutions in order of their starts, and the failed runs."""
 
     solutions: tuple[MPCCResult, ...]

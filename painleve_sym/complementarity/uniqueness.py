@@ -37,7 +37,7 @@ from painleve_sym.complementarity.matrix_class import determinant_signs, is_copo
 from painleve_sym.complementarity.solution_sets import FloatArray
 
 
-class Uniqueness(enum.Enum):
+class Uniqueness(enum.StrEnum):
     """Say what W, mu and the slip directions promise for every b; `meaning` and `reference` follow.
 
     UNIQUE_FOR_ALL
@@ -76,10 +76,17 @@ class Uniqueness(enum.Enum):
         "Painlevé (1895)",
     )
 
-    def __init__(self, label: str, meaning: str, reference: str) -> None:
-        self.label = label
-        self.meaning = meaning
-        self.reference = reference
+    label: str
+    meaning: str
+    reference: str
+
+    def __new__(cls, label: str, meaning: str = "", reference: str = "") -> Uniqueness:
+        """Return the member that is the text `label`."""
+        member = str.__new__(cls, label)
+        member._value_ = member.label = label
+        member.meaning = meaning
+        member.reference = reference
+        return member
 
 
 def uniqueness_of(

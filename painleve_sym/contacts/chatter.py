@@ -8,6 +8,7 @@ from typing import Any
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.equality import Compared
 from painleve_sym.files import to_plain
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
@@ -23,8 +24,8 @@ _SETTLED, _RUN_OFF = 1e-14, 1e6
 _STICKING = (ImpactClass.C_STICKING, ImpactClass.R_STICKING)
 
 
-@dataclass(frozen=True)
-class Chatter:
+@dataclass(frozen=True, eq=False)
+class Chatter(Compared):
     """Sequence of small bounces near a contact at rest (v_t = 0), with W, b_t, b_n frozen.
 
     Attributes

@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
+from painleve_sym.equality import Compared
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.notebooks import Shown
 
@@ -19,7 +20,7 @@ Solution = TypeVar("Solution", ContactSolution, SpatialSolution)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClassifiedState(Shown, ABC, Generic[Problem, Solution]):
+class ClassifiedState(Shown, ABC, Generic[Problem, Solution], Compared):
     """The rigid contact problem of the closed contacts at one state, with its solutions.
 
     Attributes

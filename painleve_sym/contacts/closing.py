@@ -156,14 +156,19 @@ def _unknown(mechanism: Mechanism, where: str, text: str) -> Unknown:
     contacts = [c.name for c in outline.contacts]
     if colon and contact not in contacts:
         raise InputError(f"{where}: {unknown_name('contact', contact, contacts)}")
-    if not colon and len(contacts) > 1:
-        raise InputError(
-            f"{where}: got {text!r}, need CONTACT:COORDINATE, such as {contacts[0]}:{name}: "
-            f"there are the contacts {', '.join(contacts)}."
-        )
     coordinates = [c.name for c in outline.coordinates]
     of_velocity = {v.name: v.row for v in outline.velocities}
     movable = [row for row in of_velocity.values() if row in coordinates]
+    if not colon and len(contacts) > 1:
+        i = contacts.index(name) if name in contacts else 0
+        example = name
+        if name not in coordinates and name not in of_velocity:
+            slopes = Unknown(mechanism, i, movable[0], movable[0], False).slopes.names
+            example = next((row for row in movable if f"gap_by_{row}" in slopes), movable[0])
+        raise InputError(
+            f"{where}: got {text!r}, need CONTACT:COORDINATE, such as {contacts[i]}:{example}: "
+            f"there are the contacts {', '.join(contacts)}."
+        )
     if fault := outline.part_fault(name):
         raise InputError(f"{where}: {fault} Fix: name {' or '.join(movable or of_velocity)}.")
     if name not in coordinates and name not in of_velocity:

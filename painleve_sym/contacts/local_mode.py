@@ -48,7 +48,7 @@ _SMALLEST = 2.0**-1000  # of a friction coefficient in a quotient: its inverse i
 _ROUNDING = 4 * float(np.finfo(float).eps)  # two products and their difference, each rounded once
 
 
-class ContactMode(enum.Enum):
+class ContactMode(enum.StrEnum):
     """Name what the contact does next.
 
     LIFTOFF

@@ -30,6 +30,7 @@ from painleve_sym.contacts.risk import (
 )
 from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite, plain_fields
 
@@ -59,7 +60,7 @@ class Sector:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactAnswer:
+class ContactAnswer(Compared):
     """The solutions of one rigid contact, and how near it is to its paradox.
 
     Attributes

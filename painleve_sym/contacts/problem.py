@@ -60,13 +60,14 @@ from painleve_sym.contacts.array_checks import finite_array, mobility_matrix_fau
 from painleve_sym.contacts.local_mode import CONTACT_LIMIT, rounded_difference, sign_of
 from painleve_sym.contacts.scaled_law import ScaledLaw
 from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 
 _STATED = "ContactProblem cannot be stated, "
 
 
 @dataclass(frozen=True, eq=False)
-class ContactProblem:
+class ContactProblem(Compared):
     """State the contact problem of n closed contacts, all with zero normal velocity.
 
     Parameters

@@ -15,11 +15,12 @@ import numpy as np
 
 from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.equality import Compared
 
 _SAME_MOTION = 1e-9  # of the largest acceleration without forces
 
 
-class ContactCase(enum.Enum):
+class ContactCase(enum.StrEnum):
     """Name a contact problem by its solutions; `sentence` says what follows.
 
     INCONSISTENT
@@ -50,16 +51,16 @@ class ContactCase(enum.Enum):
 
     sentence: str
 
-    def __new__(cls, label: str, sentence: str) -> ContactCase:
-        """Take the label as the value."""
-        member = object.__new__(cls)
+    def __new__(cls, label: str, sentence: str = "") -> ContactCase:
+        """Return the member that is the text `label`."""
+        member = str.__new__(cls, label)
         member._value_ = label
         member.sentence = sentence
         return member
 
 
 @dataclass(frozen=True, eq=False)
-class ContactSolution:
+class ContactSolution(Compared):
     """Hold one verified set of forces and accelerations; what a mode fixes at 0 is exactly 0.
 
     Attributes

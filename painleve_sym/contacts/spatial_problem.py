@@ -39,11 +39,12 @@ from painleve_sym.contacts.resting_contacts import search, solve_one
 from painleve_sym.contacts.risk import slip_angle
 from painleve_sym.contacts.scaled_law import ROUNDING
 from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, received
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialSolution:
+class SpatialSolution(Compared):
     """Hold one verified set of forces and accelerations of contacts in space.
 
     Attributes
@@ -111,7 +112,7 @@ class SpatialSolution:
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialProblem:
+class SpatialProblem(Compared):
     """State the contact problem of n closed contacts in space, all with zero normal velocity.
 
     Parameters

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.hybrid.signature import Outline
 
@@ -58,8 +59,8 @@ class BatchOutputs:
         return [outputs.index(name) for name in self.watched]
 
 
-@dataclass(frozen=True)
-class BatchRows:
+@dataclass(frozen=True, eq=False)
+class BatchRows(Compared):
     """Ends of n runs; every array has n rows.
 
     `mode` and `transition` are indices, of the mode and of the transition that ended the run or -1;

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.equality import Compared
 
 STEP_HEAD, EVENT_HEAD = 3, 6
 """Numbers before the memory of a step, and before the state of an event."""
@@ -28,8 +29,8 @@ def dense_values(rows: Array, u: Array) -> Array:
     return total
 
 
-@dataclass(frozen=True)
-class StepRecords:
+@dataclass(frozen=True, eq=False)
+class StepRecords(Compared):
     """Steps of a run, n of them: times and lengths in s, and the dense polynomials.
 
     These have the shape (n, rows, nx); `bend` is that of time (see `Trajectory`).
@@ -68,8 +69,8 @@ class StepRecords:
         return np.hstack([np.column_stack(head), self.memory, flat, self.bend[:, None]])
 
 
-@dataclass(frozen=True)
-class EventRecords:
+@dataclass(frozen=True, eq=False)
+class EventRecords(Compared):
     """Events of a run, n of them, with states and memories, shapes (n, nx) and (n, nz); times in s.
 
     `transition` is the index in the mode before; −1 where no transition of that mode made the

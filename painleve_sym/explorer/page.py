@@ -14,6 +14,7 @@ from painleve_sym.checks import by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.engines.protocol import DEFAULT_RTOL
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.escape import html_json, html_text
 from painleve_sym.explorer.prebuilt import Laws, default_law, stored_module
@@ -70,8 +71,8 @@ modules["page.js"].mount(root, data).catch((error) => {{
 """
 
 
-@dataclass(frozen=True)
-class Page:
+@dataclass(frozen=True, eq=False)
+class Page(Compared):
     """An explorer page: names of mechanism, law and engines of the motions, and all it is made of.
 
     An engine is ``taylor``, or ``compiled`` where a mode has no Taylor series. A prebuilt module

@@ -11,6 +11,7 @@ from typing import Any
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
+from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind, StopReason, refuse_faulty, repeated, unknown_name
 from painleve_sym.escape import c_name, dot_string, mermaid_string
 
@@ -205,7 +206,7 @@ class Alternative:
     rest_of: int | None = None
 
 
-class TestRole(enum.Enum):
+class TestRole(enum.StrEnum):
     """Role of a test, by the letter that the compiled engine reads."""
 
     HOLDS = "h"
@@ -336,8 +337,8 @@ class Mode:
     tests: tuple[Test, ...] = ()
 
 
-@dataclass(frozen=True)
-class HybridAutomaton:
+@dataclass(frozen=True, eq=False)
+class HybridAutomaton(Compared):
     """States, memory and modes of a system that switches.
 
     Parameters

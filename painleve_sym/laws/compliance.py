@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
 from painleve_sym.mechanics.declarations import Parameter
 
@@ -43,8 +44,8 @@ def without_ramps(expr: sp.Expr) -> sp.Expr:
     return expr.replace(lambda e: isinstance(e, ramp), lambda e: e.args[0])
 
 
-@dataclass(frozen=True)
-class Exit:
+@dataclass(frozen=True, eq=False)
+class Exit(Compared):
     """End of a branch, where `guard` crosses from + to −; the event is of the law's kinds.
 
     The guard is in δ, δ̇, memory and parameters; the target is the next branch, or SEPARATED. New

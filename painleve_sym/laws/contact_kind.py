@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 
 
-class ContactKind(enum.Enum):
+class ContactKind(enum.StrEnum):
     """Kind of a contact: what its forces follow from."""
 
     GUIDE = "guide"

@@ -8,6 +8,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from painleve_sym.choices import Friction, FrictionLike, Reload
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_faulty, repeated, unknown_name
 from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.laws.friction import FrictionLaw
@@ -28,8 +29,8 @@ _DECLARED = (
 """Fields that a law has before its formulas are made."""
 
 
-@dataclass(frozen=True, repr=False)
-class ContactLaw(Deferred):
+@dataclass(frozen=True, repr=False, eq=False)
+class ContactLaw(Compared, Deferred):
     """A normal contact law made of branches, and the friction law of the contact.
 
     Parameters

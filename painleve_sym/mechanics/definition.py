@@ -57,12 +57,10 @@ class _Writer:
     def text(self, value: Any) -> str:
         if isinstance(value, sp.Basic):
             return self._formula(value)
-        if isinstance(value, enum.StrEnum):
+        if isinstance(value, enum.Enum):
             return repr(value.value)
         if value is None or isinstance(value, bool | int | float | str):
             return repr(value)
-        if isinstance(value, enum.Enum):
-            return str(value)
         if isinstance(value, tuple | list):
             return f"[{','.join(map(self.text, value))}]"
         if dataclasses.is_dataclass(value) and not isinstance(value, type):

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from painleve_sym.checks import text_of
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, received, refuse_unknown
 from painleve_sym.mechanics.declarations import Parameter
 
@@ -65,8 +66,8 @@ class MaterialPair:
     restitution: MaterialValue | None = None
 
 
-@dataclass(frozen=True)
-class Material:
+@dataclass(frozen=True, eq=False)
+class Material(Compared):
     """A material with its properties.
 
     Attributes

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_faulty, repeated, unknown_name
 from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.system import LagrangianSystem
 
 
-@dataclass(frozen=True)
-class Place:
+@dataclass(frozen=True, eq=False)
+class Place(Compared):
     """A state of a mechanism with the values of all parameters: names and numbers are checked.
 
     Attributes
@@ -126,6 +127,12 @@ class Mechanism(Shown, Deferred):
         names = ", ".join(c.name for c in self.outline.contacts)
         several = "s" * (len(self.outline.contacts) > 1)
         return f"Mechanism {self.name!r}: coordinates {coordinates}; contact{several} {names}"
+
+    def __hash__(self) -> int:
+        """Return a hash of the names, which are known without deriving anything."""
+        outline = self.outline
+        names = (c.name for group in (outline.coordinates, outline.contacts) for c in group)
+        return hash((self.name, self.title, self.source, *names))
 
     def __getstate__(self) -> dict[str, object]:
         """Pickle the definition too: in another process the cache is asked by the same text."""

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import sympy as sp
 
+from painleve_sym.equality import Compared
 from painleve_sym.errors import refuse_faulty, refuse_unknown, repeated, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, rate, weight
 from painleve_sym.mechanics.declarations import (
@@ -140,8 +141,8 @@ def _is_zero(part: sp.Expr, point: Mapping[sp.Symbol, sp.Expr]) -> bool:
     return bool((total <= limit) == True)  # noqa: E712, a comparison that SymPy leaves open
 
 
-@dataclass(frozen=True)
-class LagrangianSystem:
+@dataclass(frozen=True, eq=False)
+class LagrangianSystem(Compared):
     """A holonomic mechanical system given by its energies.
 
     Lagrange's equations d/dt(∂T/∂q̇) − ∂T/∂q + ∂V/∂q = Q + Jᵀ F are kept as

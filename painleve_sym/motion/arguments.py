@@ -64,6 +64,19 @@ class BatchArguments(BatchOptions, total=False):
     parameters: Mapping[str, ArrayLike] | None
 
 
+OF_SCIPY = {
+    "t_eval": "leave it out and ask the run, run.values(name, times) or run(times)",
+    "t_span": "the motion begins at t = 0; give its end, t_end=",
+    "y0": "give the state by names, as the third argument",
+    "args": "give parameters by names, parameters= and law_parameters=",
+    "fun": "the equations of motion are those of the mechanism",
+    "method": "give the integrator, engine=",
+    "events": "give the kinds of events that end the motion, until=",
+    "dense_output": "give record='dense', which is the default",
+    "jac": "leave it out: derivatives are derived",
+    "tol": "give rtol=",
+}
+"""Arguments of SciPy's integrators, and what has their place here."""
 _SETTINGS = frozenset(f.name for f in fields(RunSettings))
 _KNOWN = {kind: frozenset(kind.__annotations__) for kind in (RunArguments, BatchArguments)}
 _Kind = type[RunArguments] | type[BatchArguments]
@@ -82,6 +95,10 @@ def separated(
     """
     if not given.keys() <= _KNOWN[kind]:
         unknown = next(name for name in given if name not in _KNOWN[kind])
+        if unknown in OF_SCIPY:
+            raise InputError(
+                f"{where}: argument {unknown!r} is one of SciPy. Fix: {OF_SCIPY[unknown]}."
+            )
         raise InputError(f"{where}: {unknown_name('argument', unknown, sorted(_KNOWN[kind]))}")
     if "t_end" not in given:
         raise InputError(f"{where}: t_end: got none, need the end of the motion. Fix: t_end=0.1.")

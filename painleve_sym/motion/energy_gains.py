@@ -11,6 +11,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.energy_gain import gain_notice, gains
 from painleve_sym.engines.records import EventRecords
+from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
 from painleve_sym.motion.records import EventRecord, MotionNames
 
@@ -24,8 +25,8 @@ _IMPACT_SENTENCES = 3
 """Impacts with a sentence of their own."""
 
 
-@dataclass(frozen=True)
-class EnergyGain:
+@dataclass(frozen=True, eq=False)
+class EnergyGain(Compared):
     """An impact or a reload that adds energy, by the law of restitution or the reload rule `law`.
 
     The gain of an impact is the growth of the kinetic energy but for the work of drives; that of a

@@ -17,6 +17,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import quantities
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, received
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.contact_law import ContactLaw
@@ -36,8 +37,8 @@ CONFIGURATIONS = ("frozen", "carried")
 """Coefficients of the start throughout, or moved to the mean time of the impulse of each part."""
 
 
-@dataclass(frozen=True)
-class CorrectedJumps:
+@dataclass(frozen=True, eq=False)
+class CorrectedJumps(Compared):
     """Jumps at finite stiffness; every array has the shape of the cases.
 
     `impacts` are those of the contact: phases, impulses, v_t and v_n at the end, how it ends.
@@ -232,8 +233,8 @@ def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], di
     return sums_of_parts[0], sums_of_parts[1]
 
 
-@dataclass(frozen=True)
-class CorrectedPhase:
+@dataclass(frozen=True, eq=False)
+class CorrectedPhase(Compared):
     """One phase of a jump at finite stiffness, such as ``reverse slip compression``.
 
     Duration in s, impulses in N s; δ (m) and the velocities of the contact (m/s) at its end.
@@ -248,8 +249,8 @@ class CorrectedPhase:
     normal_velocity: float
 
 
-@dataclass(frozen=True)
-class CorrectedJump:
+@dataclass(frozen=True, eq=False)
+class CorrectedJump(Compared):
     """A jump at finite stiffness.
 
     Attributes
@@ -294,7 +295,7 @@ class CorrectedJump:
         phases = counted(len(self.phases), "phase")
         return (
             f"CorrectedJump of {self.mechanism!r} with law {self.law!r}: {phases} "
-            f"in {self.duration:.6g} s, ends in {self.end.name.lower()}"
+            f"in {self.duration:.6g} s, ends in {self.end}"
         )
 
     @property

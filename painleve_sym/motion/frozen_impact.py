@@ -21,6 +21,7 @@ from painleve_sym.codegen.named_mechanisms import described
 from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import EventRecords
+from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind, InputError, StopReason, refuse_unknown
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -50,21 +51,26 @@ SUMS = ("duration", "normal_impulse", "tangential_impulse")
 _RESUMES = -1
 
 
-class FrozenEnd(enum.Enum):
-    """End of an impact with constant coefficients."""
+class FrozenEnd(enum.StrEnum):
+    """End of an impact with constant coefficients; `code` is its number in arrays."""
 
-    SEPARATION = 0
+    SEPARATION = "separation"
     """The force is zero and the contact opens."""
-    STAYS = 1
+    STAYS = "stays"
     """The motion turns before the force is zero: the contact stays closed, there is no jump."""
-    NO_IMPACT = 2
+    NO_IMPACT = "no_impact"
     """From the start the contact opens, or stays at rest."""
-    FAILED = 3
+    FAILED = "failed"
     """The integration stopped early: numbers left the range of floating point."""
 
+    @property
+    def code(self) -> int:
+        """Its place among the ends."""
+        return list(FrozenEnd).index(self)
 
-@dataclass(frozen=True)
-class FrozenImpacts:
+
+@dataclass(frozen=True, eq=False)
+class FrozenImpacts(Compared):
     """Impacts with constant coefficients; arrays have the shape of the cases.
 
     Impulses are right to round-off of the whole impact, not of each phase.
@@ -72,7 +78,7 @@ class FrozenImpacts:
     Attributes
     ----------
     head : mapping of str to ndarray
-        ``end`` (number of a `FrozenEnd`), ``phases`` (their count), ``slip_velocity`` and
+        ``end`` (code of a `FrozenEnd`), ``phases`` (their count), ``slip_velocity`` and
         ``normal_velocity`` at the end (m/s), ``normal_impulse`` and ``tangential_impulse`` (N s),
         ``duration`` (s), ``largest_compression`` (m).
     phase : mapping of str to ndarray, shape (*cases, phases)
@@ -87,7 +93,7 @@ class FrozenImpacts:
     @property
     def ends(self) -> list[FrozenEnd]:
         """Ends of all impacts, flat."""
-        return [FrozenEnd(int(code)) for code in np.ravel(self.head["end"])]
+        return [list(FrozenEnd)[int(code)] for code in np.ravel(self.head["end"])]
 
 
 @dataclass(frozen=True)
@@ -103,7 +109,7 @@ class _Begin:
 class _Course:
     """Phases of motions: the number of each one's motion, ascending, and its `PHASE` numbers.
 
-    `end`, shape (motions,), is the number of a `FrozenEnd`, or `_RESUMES` where the slip has
+    `end`, shape (motions,), is the code of a `FrozenEnd`, or `_RESUMES` where the slip has
     stopped and the motion continues: `later` has the state there.
     """
 
@@ -184,7 +190,7 @@ class FrozenImpactSolver:
         depth, rate, slip = -x[:, names["x_n"]], -x[:, names["x_n_dot"]], x[:, names["x_t_dot"]]
         b_n = rows.part(rows.inputs["b_n"], 0, rows.count)
         pressed = (depth > 0) | (rate > 0) | ((rate == 0) & (b_n < 0))
-        end = np.where(pressed, FrozenEnd.FAILED.value, FrozenEnd.NO_IMPACT.value)
+        end = np.where(pressed, FrozenEnd.FAILED.code, FrozenEnd.NO_IMPACT.code)
         active = pressed & (starts.refusal == RUNS)
         n, nz = len(x), len(self.simulator.outline.memory_names)
         begin = _Begin(x, np.zeros((n, nz)), np.full(n, -1))
@@ -285,8 +291,8 @@ class FrozenImpactSolver:
         none = np.empty((0, EventRecords.width(nx, nz)))
         events = EventRecords.of(np.concatenate([none, *(r.events for r in runs)]), nx, nz)
         row = np.repeat(rows, [len(r.events) for r in runs])
-        end = np.full(len(active), FrozenEnd.FAILED.value)
-        end[rows] = [_unmoved_end(r).value for r in runs]
+        end = np.full(len(active), FrozenEnd.FAILED.code)
+        end[rows] = [_unmoved_end(r).code for r in runs]
         return self._read(begin, p, A, row, events, until, end)
 
     def _goes_on(self, run: RawRun, A: Array) -> bool:
@@ -321,7 +327,7 @@ class FrozenImpactSolver:
         earlier = np.cumsum(over) - over
         kept = earlier == np.maximum.accumulate(np.where(first, earlier, 0))
         over &= kept
-        codes = np.where(held, FrozenEnd.STAYS.value, FrozenEnd.SEPARATION.value)
+        codes = np.where(held, FrozenEnd.STAYS.code, FrozenEnd.SEPARATION.code)
         end[row[over]] = np.where(kind == EventKind.SLIP_STOP, _RESUMES, codes)[over]
         later = _Begin(begin.states.copy(), begin.memory.copy(), begin.mode.copy())
         later.states[row[over]] = after[over]
@@ -400,9 +406,9 @@ def _impacts(
         numbers[n][last] for n in ("compression_rate", "slip_velocity")
     )
     # A motion that begins at rest on the surface may come back to it at rest, but for rounding.
-    rests = (end == FrozenEnd.SEPARATION.value) & (b_n < 0) & (rate**2 <= AT_REST * -b_n * depth)
+    rests = (end == FrozenEnd.SEPARATION.code) & (b_n < 0) & (rate**2 <= AT_REST * -b_n * depth)
     rests[row[last]] &= numbers["loading"][last] == 0
-    end, rate = np.where(rests, FrozenEnd.STAYS.value, end), np.where(rests, 0.0, rate)
+    end, rate = np.where(rests, FrozenEnd.STAYS.code, end), np.where(rests, 0.0, rate)
     head = {"end": end.astype(float), "phases": counts.astype(float)}
     head |= {"slip_velocity": slip, "normal_velocity": 0.0 - rate, "largest_compression": depth}
     head |= {n: np.bincount(row, numbers[n], len(end)) for n in SUMS}

@@ -10,12 +10,13 @@ from typing import Any, Protocol
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.engines.protocol import Engine
+from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
 from painleve_sym.notebooks import Shown
 
 
-@dataclass(frozen=True)
-class EventRecord(Shown):
+@dataclass(frozen=True, eq=False)
+class EventRecord(Shown, Compared):
     """An event of a run.
 
     Attributes
@@ -80,8 +81,8 @@ class Segment:
     last_step: int
 
 
-@dataclass(frozen=True)
-class MotionNames:
+@dataclass(frozen=True, eq=False)
+class MotionNames(Compared):
     """Names that all motions of a simulator share.
 
     `choices` are the law's, `contacts` in the mechanism's order, `units` and `latex` those of

@@ -14,6 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import StepRecords
+from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
@@ -36,8 +37,8 @@ def plain_options(o: RunOptions) -> dict[str, Any]:
     return options | {"until": list(map(str, o.until))}
 
 
-@dataclass(frozen=True)
-class StoredRecord:
+@dataclass(frozen=True, eq=False)
+class StoredRecord(Compared):
     """Recorded arrays of a motion that have been read; modes are indices into `mode_names`."""
 
     steps: StepRecords
@@ -58,7 +59,7 @@ class StoredRecord:
         return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RunRecord:
     """The record of a run."""
 
@@ -66,6 +67,16 @@ class RunRecord:
     start: Start
     raw: RawRun
     options: RunOptions
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other record, of a run or stored, holds the same motion."""
+        if not isinstance(other, RunRecord | StoredRecord):
+            return NotImplemented
+        return StoredRecord.of(self) == StoredRecord.of(other)
+
+    def __hash__(self) -> int:
+        """Return the hash of what is stored."""
+        return hash(StoredRecord.of(self))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the recorded arrays, without the simulator."""

@@ -150,7 +150,7 @@ def simulate(
     >>> law = ps.laws.bilinear_hertz(E=209e9)
     >>> run = ps.simulate("rod", law, start, t_end=1e-2)
     >>> run.stop_reason
-    <StopReason.T_END: ('t_end', 'the end time was reached')>
+    <StopReason.T_END: 't_end'>
     >>> event = run.events[0]
     >>> print(f"{event.kind} at {event.time:.6e} s, {event.normal_force:.3f} N")
     slip_stop at 1.743476e-03 s, 880.495 N

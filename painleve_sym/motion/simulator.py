@@ -13,6 +13,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of
 from painleve_sym.contacts.inputs import closed_place
 from painleve_sym.engines.protocol import RawRun, RunOptions, RunSettings
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, received, refuse_unknown, unknown_name
 from painleve_sym.hooks import upper
 from painleve_sym.mechanics.declarations import ParameterSet
@@ -34,8 +35,8 @@ NO_FORCE = -1.0
 """Initial force that stands for none."""
 
 
-@dataclass(frozen=True, init=False, repr=False)
-class Simulator(MechanismWithLaws):
+@dataclass(frozen=True, init=False, repr=False, eq=False)
+class Simulator(Compared, MechanismWithLaws):
     """A mechanism with its contact laws, ready to run; build once, run often.
 
     **One compliant contact** follows the branches of its law. **One rigid contact**: in the

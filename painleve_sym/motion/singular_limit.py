@@ -5,8 +5,10 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+from painleve_sym.equality import Compared
 
-class LimitKind(enum.Enum):
+
+class LimitKind(enum.StrEnum):
     """Kind of approach of a slip to A = 0.
 
     With r and F* of `SingularPoint` at the limit, and F the force where the run stopped.
@@ -23,8 +25,8 @@ class LimitKind(enum.Enum):
     """r ≤ 0: the impulse up to A = 0 would be infinite, so that the slip stops before."""
 
 
-@dataclass(frozen=True)
-class SingularLimit:
+@dataclass(frozen=True, eq=False)
+class SingularLimit(Compared):
     """Limit of a slip that meets A = 0, extrapolated from the state where the run stopped.
 
     Attributes
@@ -61,8 +63,8 @@ class SingularLimit:
     bounded_force: float
 
 
-@dataclass(frozen=True)
-class ReverseChatter:
+@dataclass(frozen=True, eq=False)
+class ReverseChatter(Compared):
     """Successive bounces of a rigid motion that grow where growth is expected.
 
     The times are those of the first and the last of these touchdowns, s; `bounces` is their number.

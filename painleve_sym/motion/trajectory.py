@@ -18,6 +18,7 @@ from painleve_sym.choices import chosen
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.records import StepRecords, dense_values
+from painleve_sym.equality import Compared
 from painleve_sym.errors import (
     EventKind,
     InputError,
@@ -47,8 +48,8 @@ if TYPE_CHECKING:
 FORMAT = "painleve-sym trajectory 2"
 
 
-@dataclass(frozen=True, repr=False)
-class Trajectory(Shown):
+@dataclass(frozen=True, repr=False, eq=False)
+class Trajectory(Shown, Compared):
     """A motion, piecewise polynomial in time.
 
     In a step from t to t + h, with τ = t + h u (1 + β (u − 1)) and v = 1 − u, the state is

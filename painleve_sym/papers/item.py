@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from painleve_sym.equality import Compared
 from painleve_sym.papers.panels import Panel
 
 
-class Verdict(enum.Enum):
+class Verdict(enum.StrEnum):
     """Verdict on a claim of the paper."""
 
     REPRODUCED = "reproduced"
@@ -30,8 +31,8 @@ class Verdict(enum.Enum):
         return cls.MISPRINT if corrected else cls.DIFFERS
 
 
-@dataclass(frozen=True)
-class Outcome:
+@dataclass(frozen=True, eq=False)
+class Outcome(Compared):
     """The result of computing an item, in short, with its verdict and its figure.
 
     `reason` has the numbers for the ``{fields}`` of the reason in the claims, `data` numbers in

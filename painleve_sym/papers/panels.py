@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.equality import Compared
 from painleve_sym.motion.trajectory import Trajectory
 
 
@@ -30,8 +31,8 @@ class Axis:
         return Axis(self.label, self.unit, self.factor, self.log, (low, high))
 
 
-@dataclass(frozen=True)
-class Curve:
+@dataclass(frozen=True, eq=False)
+class Curve(Compared):
     """Points joined by a line, in SI units, shape (n,) each; the label is mathtext, or empty.
 
     Roles are ``line`` (a result), ``reference`` (to compare with), ``admissible`` (the set that

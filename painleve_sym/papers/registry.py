@@ -16,6 +16,7 @@ from typing import Any
 
 from painleve_sym import papers
 from painleve_sym.checks import names_of, text_of
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.files import plain_fields
 from painleve_sym.interrupts import noted_interrupts
@@ -56,8 +57,8 @@ class Paper:
         return module
 
 
-@dataclass(frozen=True)
-class Item:
+@dataclass(frozen=True, eq=False)
+class Item(Compared):
     """One claim of a paper, as `paper` says it, and the answer in short, with its verdict.
 
     The verdict is the computed one; expected is the one the derivations and independent

@@ -8,13 +8,14 @@ from typing import Any
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.impact.one_contact import Impact
+from painleve_sym.equality import Compared
 from painleve_sym.files import finite, plain_fields
 
 _IMPACT = ("restitution", "velocity", "normal_impulse", "tangential_impulse", "energy_change")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactRisk:
+class ContactRisk(Compared):
     """The contact of a robot at a pose.
 
     Attributes
@@ -74,8 +75,8 @@ class ContactRisk:
         }
 
 
-@dataclass(frozen=True)
-class LeastRisk:
+@dataclass(frozen=True, eq=False)
+class LeastRisk(Compared):
     """The pose with the least `mu_P` that a search over joint values within limits reached.
 
     Attributes

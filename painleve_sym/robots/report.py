@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.equality import Compared
 from painleve_sym.robots.contact_mechanism import CAVEATS
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
 from painleve_sym.robots.robot_contact import POSES, RobotContact
@@ -15,7 +16,7 @@ from painleve_sym.robots.tree import RobotTree
 
 
 @dataclass(frozen=True, eq=False)
-class RiskReport:
+class RiskReport(Compared):
     """The risk of a contact at its pose, and over all poses within limits.
 
     Attributes

@@ -18,6 +18,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.contacts.one_contact_answer import contact as contact_answer
 from painleve_sym.contacts.risk import friction_threshold
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.files import read_text
 from painleve_sym.robots.robot_contact import RobotContact
@@ -28,7 +29,7 @@ _UNIT = re.compile(r"\s*\[([^\]]*)\]\s*$")
 
 
 @dataclass(frozen=True, eq=False)
-class RiskTrajectory:
+class RiskTrajectory(Compared):
     """The risk of a contact along a motion of n samples.
 
     Attributes

@@ -23,7 +23,7 @@ from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.engines.protocol import DEFAULT_RTOL, RunSettings
 from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
+from painleve_sym.laws.catalogue import LAWS, Law, LawsByContact, law, offered_choices
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FRICTION_NOTICES
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
@@ -179,10 +179,10 @@ class Scenario:
 
     def with_owned_parameters(self) -> Scenario:
         """Return it; InputError where a parameter of the law is given to a named mechanism."""
-        own = self.named_parameters if self.law is not None else set()
-        of_law = self.contact_law().parameters if own else ()
+        own = self.named_parameters
+        of_law = self.contact_law().parameters if own and self.law is not None else None
         for name in self.parameters:
-            if name not in own and (fault := misplaced(name, of_law)):
+            if own and name not in own and (fault := misplaced(name, of_law)):
                 raise InputError(fault)
         return self
 
@@ -521,7 +521,7 @@ def _read_law(faults: Faults, key: str, value: Any) -> dict[str, Any]:
 
 def _read_names(faults: Faults, mechanism: Mechanism, values: dict[str, Any]) -> None:
     """Check what depends on the mechanism, and convert numbers by name to SI units."""
-    of_law: Sequence[Parameter] = ()
+    of_law: Sequence[Parameter] | None = None
     if "law" in values:
         with faults.at("law"):
             of_law = law(values["law"], **values.get("law_choices", {})).parameters
@@ -532,7 +532,7 @@ def _read_names(faults: Faults, mechanism: Mechanism, values: dict[str, Any]) ->
     for field_name, path, kind, declared in (
         ("state", ("state",), "state", with_units),
         ("parameters", ("parameters",), "parameter", own),
-        ("law_parameters", ("law", "parameters"), "parameter", {p.name: p for p in of_law}),
+        ("law_parameters", ("law", "parameters"), "parameter", {p.name: p for p in of_law or ()}),
     ):
         # Of a law that could not be made, parameters are not known.
         given: dict[str, Any] = values.get(field_name, {}) if of_law or path[0] != "law" else {}
@@ -552,8 +552,21 @@ def _read_names(faults: Faults, mechanism: Mechanism, values: dict[str, Any]) ->
             two_materials(values["material"])
 
 
-def misplaced(name: str, of_law: Sequence[Parameter]) -> str:
-    """Return a sentence on a parameter of the law that is given to the mechanism, else nothing."""
+def misplaced(name: str, of_law: Sequence[Parameter] | None) -> str:
+    """Return a sentence on a parameter of the law that is given to the mechanism, else nothing.
+
+    Without a law (None), the named ones are asked.
+    """
+    if of_law is None:
+        owners = (n for n in LAWS if name in {p.name for p in law(n).parameters})
+        owner = next(owners, None)
+        if owner is None:
+            return ""
+        return (
+            f"parameter {name} belongs to a contact law, such as {owner}, and there is no law. "
+            "Fix: name the law with --law and give the parameter with --law-set, or both in "
+            "[law] of a file."
+        )
     if name not in {p.name for p in of_law}:
         return ""
     return (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from dataclasses import fields
 
 import pytest
@@ -101,3 +102,25 @@ def test_sensitivities_take_all_that_a_run_takes():
     with_slopes = ps.Simulator("rod-bending", "hertz").sensitivities(START, ["mu"], **given)
     assert with_slopes.trajectory.body_periods == run.body_periods
     assert with_slopes.trajectory.parameters == run.parameters
+
+
+def parameters_of_solve_ivp():
+    """Return the arguments of SciPy's integrators that a motion has not."""
+    from scipy.integrate import odeint, solve_ivp
+
+    own = {"rtol", "atol", "t_end", "max_step", "first_step"}
+    ours = inspect.signature(solve_ivp).parameters.keys() - own
+    return sorted(ours - {"options", "vectorized"}) + sorted(
+        {"tol"} | (inspect.signature(odeint).parameters.keys() & {"args"}) - ours
+    )
+
+
+@pytest.mark.parametrize("name", parameters_of_solve_ivp())
+def test_an_argument_of_scipy_is_answered_by_ours(name):
+    from painleve_sym.motion.arguments import OF_SCIPY
+
+    with pytest.raises(ps.InputError, match=rf"argument '{name}' is one of SciPy\. Fix: ") as error:
+        ps.simulate("rod", "hertz", {"theta": 1.0}, t_end=1e-4, **{name: 1})
+    named = re.findall(r"(\w+)=", str(error.value))
+    assert set(named) <= inspect.signature(ps.simulate).parameters.keys()
+    assert "Did you mean" not in str(error.value) and name in OF_SCIPY

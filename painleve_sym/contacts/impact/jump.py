@@ -16,6 +16,7 @@ from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.inputs import ROUND_OFF, place_of, refuse_place
 from painleve_sym.contacts.local_mode import sign_of
 from painleve_sym.contacts.risk import slip_angle
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
@@ -29,8 +30,8 @@ Values = dict[str, float]
 """States and parameters by name."""
 
 
-@dataclass(frozen=True)
-class JumpPhase:
+@dataclass(frozen=True, eq=False)
+class JumpPhase(Compared):
     """One phase of a jump.
 
     Attributes
@@ -92,8 +93,8 @@ class JumpPhase:
         return plain_fields(self, *own, *ends)
 
 
-@dataclass(frozen=True)
-class JumpResult(Shown):
+@dataclass(frozen=True, eq=False)
+class JumpResult(Shown, Compared):
     """The velocity jump of a mechanism.
 
     Attributes

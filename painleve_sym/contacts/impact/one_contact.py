@@ -21,13 +21,14 @@ from painleve_sym.contacts.impact.within_plane import (
     phase_in_space,
     plane_faults,
 )
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
 
-class ImpactEnd(enum.Enum):
+class ImpactEnd(enum.StrEnum):
     """Name how an impact ends.
 
     SEPARATION
@@ -46,8 +47,8 @@ class ImpactEnd(enum.Enum):
     JAM = "jam"
 
 
-@dataclass(frozen=True)
-class Impact:
+@dataclass(frozen=True, eq=False)
+class Impact(Compared):
     """The complete solution of an impact of one contact.
 
     Attributes

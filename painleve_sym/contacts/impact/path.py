@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.equality import Compared
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
 # Two rounded products and their difference: the sign of a smaller rate would be an accident.
@@ -27,8 +28,8 @@ class PathRay(NamedTuple):
     slip_rate: float
 
 
-@dataclass(frozen=True)
-class ImpactPhase:
+@dataclass(frozen=True, eq=False)
+class ImpactPhase(Compared):
     """A part of an impact: of compression or restitution, in slip or sticking.
 
     Attributes

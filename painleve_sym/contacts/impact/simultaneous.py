@@ -53,10 +53,11 @@ from painleve_sym.complementarity.solution_sets import BoolArray
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.energy_gain import least_energy_notice
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.equality import Compared
 
 
-@dataclass(frozen=True)
-class ImpulsePiece:
+@dataclass(frozen=True, eq=False)
+class ImpulsePiece(Compared):
     """A straight piece of the path of an impact; arrays of shape (2 n,), two numbers a contact.
 
     Impulses P_n, P_t of the piece, N s; velocities v_n, v_t at its end, m/s; works ∫v_n dP_n and
@@ -144,8 +145,8 @@ class PathRecord(NamedTuple):
     steps: tuple[Straight | AtOnce, ...]
 
 
-@dataclass(frozen=True)
-class SimultaneousImpact:
+@dataclass(frozen=True, eq=False)
+class SimultaneousImpact(Compared):
     """An impact of several contacts.
 
     Attributes

@@ -15,6 +15,7 @@ from painleve_sym.contacts.delassus import Delassus, argument_symbols
 from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.solution import ContactCase
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism, Place
@@ -24,8 +25,8 @@ _SLIP_VELOCITY = "v_t"
 """Name of the slip velocity in the closed forms."""
 
 
-@dataclass(frozen=True)
-class TangentialImpact:
+@dataclass(frozen=True, eq=False)
+class TangentialImpact(Compared):
     """The impulse that stops the slip of a bilateral contact at once.
 
     Attributes

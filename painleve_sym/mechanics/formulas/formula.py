@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
+from painleve_sym.equality import Compared
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES, derivative_latex
 
@@ -23,8 +24,8 @@ Value: TypeAlias = sp.Basic | sp.MatrixBase
 """An expression or a matrix of expressions."""
 
 
-@dataclass(frozen=True, repr=False)
-class Formula:
+@dataclass(frozen=True, repr=False, eq=False)
+class Formula(Compared):
     """One closed form; `latex` is its left side, and the name also that of the Python function.
 
     `symbols` are the meanings of symbols that do not belong to the mechanism.
@@ -68,8 +69,8 @@ class Formula:
         return cls(name, value, unit, meaning, latex)
 
 
-@dataclass(frozen=True)
-class ImpulsePhase:
+@dataclass(frozen=True, eq=False)
+class ImpulsePhase(Compared):
     """A phase of the jump, with names and meanings of its values in the velocities at its start.
 
     Its conditions must hold at the start: in words, the margin, whether it must be > 0 and not only

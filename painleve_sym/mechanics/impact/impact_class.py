@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from painleve_sym.errors import InputError
 
 
-class ImpactClass(enum.Enum):
+class ImpactClass(enum.StrEnum):
     """Name the course of an impact by when the slip stops (P_t) and what comes then.
 
     With s = sign(v_t), the slip stops at P_t = −v_t/C_s if s C_s < 0, and compression along the

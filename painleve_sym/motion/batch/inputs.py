@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST, by_name, size_text
 from painleve_sym.contacts.closing import closed_states
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
 from painleve_sym.motion.refusals import initial_force_fault
@@ -43,8 +44,8 @@ class Starts:
         return Starts(*(a[rows] for a in arrays))
 
 
-@dataclass(frozen=True)
-class BatchInputs:
+@dataclass(frozen=True, eq=False)
+class BatchInputs(Compared):
     """States, parameters and initial forces of all rows.
 
     All arrays broadcast to `shape`, and rows are numbered in its C order. `inputs` has states and

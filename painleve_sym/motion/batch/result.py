@@ -15,6 +15,7 @@ from painleve_sym.checks import names_of, text_of
 from painleve_sym.choices import Record
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True, repr=False)
-class BatchResult:
+@dataclass(frozen=True, repr=False, eq=False)
+class BatchResult(Compared):
     """Result of `run_batch`; every array has the shape of the inputs, row by row.
 
     ``result["theta_dot"]`` is a final state by name. Other names (`names` lists all):

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.tape import tapes_of_functions
 from painleve_sym.engines.protocol import Engine, RawRun
+from painleve_sym.equality import Compared, same
 from painleve_sym.errors import InputError, refuse_unknown, unknown_name
 from painleve_sym.motion.records import EngineOutputs, EventRecord
 from painleve_sym.motion.run_record import StoredRecord
@@ -37,8 +38,8 @@ NO_DERIVATIVE = {
 """Notes of events from which on nothing is differentiable, with what such an event does."""
 
 
-@dataclass(frozen=True)
-class EventSensitivity:
+@dataclass(frozen=True, eq=False)
+class EventSensitivity(Compared):
     """Derivatives of one event.
 
     `time_gradient` is ∂τ/∂w of its time, s per unit of w; `state_jacobian` the total derivative of
@@ -68,8 +69,8 @@ class StoredDerivatives:
     extended: Trajectory
 
 
-@dataclass(frozen=True)
-class EventMarks:
+@dataclass(frozen=True, eq=False)
+class EventMarks(Compared):
     """Numbers of an extended run at its n events, with k directions.
 
     Attributes
@@ -149,7 +150,7 @@ class EventMarks:
         return verdicts
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RunDerivatives:
     """Events and extended run of a motion with derivatives, made when they are first asked for.
 
@@ -166,6 +167,16 @@ class RunDerivatives:
     verdicts: Sequence[tuple[float, str]]
     sizes: Array
     scale: Array
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other, of a run or stored, has the same events and extended run."""
+        if not isinstance(other, RunDerivatives | StoredDerivatives):
+            return NotImplemented
+        return same((self.events, self.extended), (other.events, other.extended))
+
+    def __hash__(self) -> int:
+        """Return the hash of what is stored."""
+        return hash((self.events, self.extended))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle what has been read, without simulator and engine."""
@@ -228,8 +239,8 @@ class RunDerivatives:
         )
 
 
-@dataclass(frozen=True, repr=False)
-class SensitiveTrajectory:
+@dataclass(frozen=True, repr=False, eq=False)
+class SensitiveTrajectory(Compared):
     """A motion with its first derivatives in the directions `wrt`.
 
     Attributes

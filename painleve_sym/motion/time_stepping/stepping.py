@@ -32,6 +32,7 @@ from painleve_sym.checks import number
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS, Answer, Impulse
@@ -47,8 +48,8 @@ MAX_STEPS = 1_000_000
 """States of this number of steps still fit into memory; smaller steps drown in round-off anyway."""
 
 
-@dataclass(frozen=True)
-class SteppingRun:
+@dataclass(frozen=True, eq=False)
+class SteppingRun(Compared):
     """A motion by time stepping, by names of mechanism, scheme and solver, with its step in s.
 
     The last step is shorter where the end asks for it. `times` (s) and `states` (coordinates, then

@@ -19,6 +19,7 @@ from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.solution import ContactSolution
 from painleve_sym.contacts.spatial_problem import SpatialSolution
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
@@ -39,8 +40,8 @@ class AccelerationLevel:
     mpcc: MPCCSurvey | None = None
 
 
-@dataclass(frozen=True)
-class Answer:
+@dataclass(frozen=True, eq=False)
+class Answer(Compared):
     """Result of one method: ``rigid``, ``stepping`` or ``softened``.
 
     `complete` tells whether it came to where methods are compared: the end time, and in space,

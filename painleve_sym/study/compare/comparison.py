@@ -20,6 +20,7 @@ from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.contacts.solution import ContactCase
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
@@ -39,8 +40,8 @@ ROUND_OFF = 1e-9
 """Relative errors below this are those of the reference, integrated at 1e-11: no order in them."""
 
 
-@dataclass(frozen=True, repr=False)
-class Comparison:
+@dataclass(frozen=True, repr=False, eq=False)
+class Comparison(Compared):
     """Every method's answer for one state.
 
     Attributes

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.equality import Compared
 from painleve_sym.mechanics.system import TIME
 from painleve_sym.motion.finite_stiffness import CorrectedJumpRule
 from painleve_sym.motion.simulator import Simulator
@@ -21,8 +22,8 @@ RULES = ("classical", "frozen", "carried")
 """K → ∞; A and B of the start kept; A and B moved to where the impulse acts."""
 
 
-@dataclass(frozen=True)
-class CorrectedComparison:
+@dataclass(frozen=True, eq=False)
+class CorrectedComparison(Compared):
     """Velocities after the impact by the three rules and by compliant runs.
 
     `rules`, by the names of `RULES`, and `softened` have rows of the k values of the parameter that

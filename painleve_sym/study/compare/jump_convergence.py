@@ -11,6 +11,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.motion.simulator import Simulator
@@ -22,8 +23,8 @@ RTOL = 1e-12
 """Of the compliant runs: their error then stays far below the difference that is studied."""
 
 
-@dataclass(frozen=True)
-class JumpComparison:
+@dataclass(frozen=True, eq=False)
+class JumpComparison(Compared):
     """A jump and the compliant impacts from the same state, for growing stiffness.
 
     `rule` has the velocities (columns) that the jump gives at the end of each of three phases,

@@ -21,6 +21,7 @@ from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import RunOptions, RunSettings
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
 from painleve_sym.hybrid.signature import mode_name
@@ -46,7 +47,7 @@ LEAST_FACTOR, LARGEST_FACTOR = 1e-9, 1e6
 """Forces from and up to these multiples of F_n* are tried."""
 
 
-class Outcome(enum.Enum):
+class Outcome(enum.StrEnum):
     """Outcome of a motion from an initial force."""
 
     LIFTS_OFF = "lifts_off"
@@ -59,7 +60,7 @@ class Outcome(enum.Enum):
     """Neither by the end time, or the mechanism left its domain."""
 
 
-class Border(enum.Enum):
+class Border(enum.StrEnum):
     """Which border between outcomes is sought."""
 
     SLIP_STOP = "slip_stop"
@@ -74,8 +75,8 @@ class Border(enum.Enum):
         return outcome in (Outcome.STOPS_IN_RESTITUTION, Outcome.STOPS_IN_COMPRESSION)
 
 
-@dataclass(frozen=True)
-class CriticalForce:
+@dataclass(frozen=True, eq=False)
+class CriticalForce(Compared):
     """A critical initial force.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
 from painleve_sym.progress import progress
@@ -21,8 +22,8 @@ MARGIN = 0.1
 """Of a predicted change, the part by which the prediction may be off before the bracket grows."""
 
 
-@dataclass(frozen=True)
-class CriticalCurve:
+@dataclass(frozen=True, eq=False)
+class CriticalCurve(Compared):
     """Critical forces over one quantity.
 
     It is a parameter of mechanism or law, a coordinate or a velocity. Points are in the order of

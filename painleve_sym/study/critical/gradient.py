@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from painleve_sym.arrays import Array
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.motion.arguments import INITIAL_FORCE
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
@@ -22,8 +23,8 @@ METHODS = ("differences", "sensitivities")
 _ENDS = {Border.SLIP_STOP: "separation", Border.COMPRESSION: "max_compression"}
 
 
-@dataclass(frozen=True)
-class ForceDerivative:
+@dataclass(frozen=True, eq=False)
+class ForceDerivative(Compared):
     """Derivative of a critical force by one quantity; N per unit of it.
 
     The error is estimated from the difference of the sixth and the fourth order, or of two

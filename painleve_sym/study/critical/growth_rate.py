@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.critical.bisection import CriticalForceFinder
@@ -20,8 +21,8 @@ SAMPLES = 41
 """Instants between, an odd number for Simpson's rule."""
 
 
-@dataclass(frozen=True)
-class GrowthComparison:
+@dataclass(frozen=True, eq=False)
+class GrowthComparison(Compared):
     """Growth of a small deviation from the sliding solution.
 
     `deviation` is the difference of the compressions of both runs, m; `growth_rate` is λ₊ of the

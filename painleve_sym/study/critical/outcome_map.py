@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite, plain_fields
 from painleve_sym.progress import Advance, progress
@@ -34,8 +35,8 @@ _ARRAYS = ("forces", "values", "outcome", "limit", "predicted", "slip_stop", "co
 _TEXTS = ("mechanism", "law", "over", "unit", "state", "parameters")
 
 
-@dataclass(frozen=True)
-class OutcomeMap:
+@dataclass(frozen=True, eq=False)
+class OutcomeMap(Compared):
     """Outcomes of compliant runs over initial force and one quantity.
 
     Attributes

@@ -18,6 +18,7 @@ from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.contacts.model import SLIPS
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
 from painleve_sym.motion.simulator import Simulator
@@ -37,8 +38,8 @@ _LINEARISED = (
 )
 
 
-@dataclass(frozen=True)
-class SlidingSolution:
+@dataclass(frozen=True, eq=False)
+class SlidingSolution(Compared):
     """The sliding solution at one state, with the contact law linearised about it.
 
     Attributes

@@ -13,6 +13,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.files import file_path, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -39,8 +40,8 @@ _HEADER = re.compile(r"^(?:(start|end)\s+)?(\w+)\s*\[([^\]]*)\]$")
 _EXAMPLE = "such as 't [s], y_A_dot [m/s], normal_force [N]'"
 
 
-@dataclass(frozen=True)
-class FitData:
+@dataclass(frozen=True, eq=False)
+class FitData(Compared):
     """Rows of measurements.
 
     Attributes

@@ -16,6 +16,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of, number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.mechanics.declarations import Parameter
@@ -53,8 +54,8 @@ _ENDINGS = {
 }
 
 
-@dataclass(frozen=True)
-class FitProblem:
+@dataclass(frozen=True, eq=False)
+class FitProblem(Compared):
     """Parameter estimation: the unknowns, the data and the model; see `fit` for the fields.
 
     No `sigma`, or an empty one, stands for standard deviations that are estimated.

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from painleve_sym.arrays import Array
+from painleve_sym.equality import Compared
 from painleve_sym.files import plain_fields
 
 
-@dataclass(frozen=True, repr=False)
-class FitResult:
+@dataclass(frozen=True, repr=False, eq=False)
+class FitResult(Compared):
     """Estimates with their confidence intervals.
 
     Attributes

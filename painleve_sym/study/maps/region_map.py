@@ -16,6 +16,7 @@ from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closing_hint
+from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -36,8 +37,8 @@ _TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", *_HELD)
 _MORE_TEXTS = ("close", "shared_zeros")
 
 
-@dataclass(frozen=True, repr=False)
-class RegionMap(Shown):
+@dataclass(frozen=True, repr=False, eq=False)
+class RegionMap(Shown, Compared):
     """The rigid contact over two quantities, for one slip direction.
 
     Grids have the shape (n_1, n_2) of the two axes, in their order.
