@@ -68,8 +68,21 @@ def tables(data: Mapping[str, Any]) -> dict[str, str]:
             fast, ".5g",
         ),
         "belt": _table(
-            {"θ": "theta", "bar": "landing 48,24", "rigid rod": "landing of the rigid rod"},
+            {"θ": "theta", "end of radius 0": "landing 48,24", "round end": "round end 48,24",
+             "hard tip without mass": "hard tip 48,24", "hard tip of 7.06 g": "heavy tip 48,24",
+             "rigid rod": "landing of the rigid rod"},
             data["belt"],
+        ),
+        "ends": _table(
+            {"θ": "theta", "radius 0": "point 48,24", "ball of 6.45 mm": "ball 48,24"},
+            data["round ends"],
+        ),
+        "slenderness": _table(
+            {"L/d": "slenderness", "angle": "theta", "landing": "landing",
+             "divergence, rigid contact": "divergence",
+             "rigid rod, landing": "landing of the rigid rod"},
+            [row | {"slenderness": f"{row['slenderness']:g}", "theta": f"{row['theta']:.2f}"}
+             for row in data["slenderness"]],
         ),
     }  # fmt: skip
 

@@ -193,10 +193,6 @@ def quantiles(values: Any) -> list[float] | None:
     return [float(q) for q in np.percentile(finite, (2.5, 50.0, 97.5))]
 
 
-HARD_TIP: Mapping[str, Interval] = {
-    "modulus": (195e9, 205e9), "radius": (5.95e-3, 6.05e-3), "restitution": (0.8, 1.0),
-}  # fmt: skip
-"""A ball of hardened steel on a belt of hardened steel; Pa, m."""
 PLASTIC: Mapping[str, Interval] = {"strength": (95e6, 276e6), "restitution": (0.1, 0.7)}
 """Yield strength of the table's aluminium to that of a hard alloy, Pa, and what a yielding contact
 gives back."""
@@ -204,17 +200,11 @@ HARDNESS = 2.8
 """Pressure of full plasticity over the yield strength; Johnson (1985), section 6.3."""
 
 
-def with_contact(contact: str, parameters: dict[str, Any], draws: Draws) -> dict[str, Any]:
-    """Return the parameters with another contact than Hertz's of aluminium on aluminium.
+def with_plastic_contact(parameters: dict[str, Any], draws: Draws) -> dict[str, Any]:
+    """Return the parameters with a plastic contact in place of Hertz's of aluminium on aluminium.
 
-    A ``hard tip`` has its own modulus and radius. A ``plastic`` one has the force 2π R H δ: the
-    law K δⁿ with n = 1 and the length l_0 that makes K so large.
+    Its force is 2π R H δ: the law K δⁿ with n = 1 and the length l_0 that makes K so large.
     """
-    if contact == "hard tip":
-        own = {name: draws(*interval) for name, interval in HARD_TIP.items()}
-        return parameters | {
-            "E": own["modulus"], "R": own["radius"], "e_energetic": own["restitution"]
-        }  # fmt: skip
     own = {name: draws(*interval) for name, interval in PLASTIC.items()}
     R, E, nu = (parameters[name] for name in ("R", "E", "nu"))
     K, elastic = 2 * np.pi * R * HARDNESS * own["strength"], 4 / 3 * E / (2 * (1 - nu**2)) * R**0.5
@@ -228,7 +218,7 @@ def first_yield(radius: float, modulus: float, poisson: float, strength: float) 
 
 
 def drag(
-    model: str, friction: Interval, size: int = SAMPLE, contact: str = "", **change: Interval
+    model: str, friction: Interval, size: int = SAMPLE, plastic: bool = False, **change: Interval
 ) -> dict[str, Any]:
     """Return what a laboratory sees of the bench rod: quantiles over the draws.
 
@@ -238,8 +228,8 @@ def drag(
         See `mechanism`.
     friction : tuple of float
         Interval of μ.
-    contact : {"", "hard tip", "plastic"}
-        Another contact than Hertz's of aluminium; see `with_contact`.
+    plastic : bool
+        Whether the contact is that of `with_plastic_contact`.
     **change : tuple of float
         Other intervals than those of `ROD`.
     """
@@ -247,8 +237,8 @@ def drag(
     bench = {name: draws(*interval) for name, interval in (ROD | change).items()}
     parameters = draws.parameters(model, bench["length"], bench["diameter"], bench["damping"])
     parameters |= {"mu": draws(*friction), "e_energetic": bench["restitution"]}
-    if contact:
-        parameters = with_contact(contact, parameters, draws)
+    if plastic:
+        parameters = with_plastic_contact(parameters, draws)
     runs = ps.simulate_batch(
         mechanism(model),
         law(),
@@ -426,8 +416,8 @@ def study(quick: bool) -> dict[str, Any]:
             for name, (change, own) in controls.items() for m in (*models[:2], *own)
         ],
         "contacts": [
-            {"tip": c, **drag(m, middle, size, c)}
-            for c in ("hard tip", "plastic") for m in ("rigid", modes)
+            {"contact law": "plastic", **drag(m, middle, size, plastic=True)}
+            for m in ("rigid", modes)
         ],
         "modes": [drag(n, middle, size) for n in counts],
         "curve": [
@@ -568,7 +558,7 @@ def tables(data: Mapping[str, Any]) -> list[str]:
                "rebound/belt", "peak force, N"], belts),
         table(["μ", *head], rod_rows(data["rod"], "friction", left)),
         table(["control", *head], rod_rows(data["controls"], "control", left)),
-        table(["contact", *head], rod_rows(data["contacts"], "tip", left)),
+        table(["contact", *head], rod_rows(data["contacts"], "contact law", left)),
         table(head, rod_rows(data["modes"], "")),
         tolerances(),
         table(["model", "slip stop, ms", "contact, ms", "peak force, N", "centre upwards, m/s",

@@ -20,6 +20,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -29,6 +30,8 @@ import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
+from scipy.linalg import eigh
+from scipy.special import beta
 
 import painleve_sym as ps
 from painleve_sym.mechanics.materials import materials
@@ -37,8 +40,8 @@ from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE,
 G = 9.8
 FINEST = 0.5
 """Largest ω h of a step, with ω the fastest mode."""
-WINDOW = 6e-3
-"""Time within which a slip stops or a contact separates, or neither; s."""
+PERIODS = 8
+"""Number of contact times within which a slip stops, or a contact separates, or neither."""
 
 
 def theory() -> Any:
@@ -77,28 +80,59 @@ class Contact:
 
 
 class Modes:
-    """Rigid motion and natural modes of a bar with free ends: frequencies and values of the end.
+    """Rigid motion and natural modes of a bar with free ends: frequencies and motion of the end.
 
-    Across the bar the first is rigid, of end value 2, since turning takes part; along it 1.
+    Across the bar the first is rigid, of end value 2, since turning takes part; along it 1. A ball
+    of a radius at the end touches the ground one radius below the axis, so that the turning of the
+    end moves the point of contact, too; the rigid motion across is then two, drift and turning. It
+    is without mass: `loaded` gives the end a mass.
     """
 
-    def __init__(self, bar: Any, bending: int, axial: int) -> None:
-        across, along = bar.frequencies(bending, axial)
+    def __init__(self, bar: Any, bending: int, axial: int, radius: float = 0.0) -> None:
+        waves = theory().wavenumbers(bending)
+        rates = bar.frequencies(bending, axial)
+        rigid, turning = ([1.0, math.sqrt(3)], [0.0, -math.sqrt(3)]) if radius else ([2.0], [0.0])
+        slopes = -waves * (np.cosh(waves) - np.cos(waves)) / (np.sinh(waves) - np.sin(waves))
         self.mass = bar.mass
-        self.rates = np.concatenate([[0.0], across, [0.0], along])
-        self.across = np.arange(len(self.rates)) <= bending
-        self.ends = np.where(self.across, 2.0, math.sqrt(2))
-        self.ends[1 + bending] = 1.0
+        self.rates = np.concatenate([np.zeros(len(rigid)), rates[0], [0.0], rates[1]])
+        self.across = np.concatenate([rigid, [2.0] * bending, np.zeros(1 + axial)])
+        self.along = np.concatenate([0 * self.across[: len(rigid) + bending], [1.0],
+                                     [math.sqrt(2)] * axial])  # fmt: skip
+        self.swing = (
+            radius * 2 / bar.length * np.concatenate([turning, slopes, np.zeros(1 + axial)])
+        )
+        """How the end moves across and along the bar, and its contact as the end turns, by mode."""
+
+    def loaded(self, mass: float) -> Modes:
+        """Return the modes of the bar with a point mass at its end."""
+        inertia = self.mass * np.eye(len(self.rates))
+        inertia += mass * sum(np.outer(x, x) for x in (self.across, self.along))
+        squares, shapes = eigh(self.mass * np.diag(self.rates**2), inertia)
+        modes = copy(self)
+        modes.rates = np.sqrt(np.where(squares > 1e-9 * squares.max(), squares, 0.0))
+        for name in ("across", "along", "swing"):
+            setattr(modes, name, math.sqrt(self.mass) * getattr(self, name) @ shapes)
+        return modes
 
     def rows(self, theta: Any, mu: Any) -> tuple[Any, Any, Any]:
-        """Return, by case, how the end moves up and to the right, and how its force acts.
+        """Return, by case, how the point of contact moves up and to the right, and how force acts.
 
         Its slip is to the left, so that friction acts to the right.
         """
         sin, cos, mu = (np.atleast_1d(x)[:, None] for x in (np.sin(theta), np.cos(theta), mu))
-        normal = np.where(self.across, cos, sin) * self.ends
-        along = np.where(self.across, -sin, cos) * self.ends
+        normal = cos * self.across + sin * self.along
+        along = cos * self.along - sin * self.across + self.swing
         return normal, along, normal + mu * along
+
+
+def contact_time(modes: Modes, contact: Contact) -> float:
+    """Return the period of the rigid bar across its axis on the contact that its weight presses, s.
+
+    2π √(m/(4k)) with k the slope of K δⁿ at the force m g.
+    """
+    weight = modes.mass * G
+    k = contact.n * contact.K * (weight / contact.K) ** (1 - 1 / contact.n)
+    return 2 * math.pi * math.sqrt(modes.mass / (4 * k))
 
 
 def slide(
@@ -110,7 +144,7 @@ def slide(
     *,
     approach: float = 0.0,
     damping: float = 0.0,
-    window: float = WINDOW,
+    window: float | None = None,
     bounces: bool = False,
     fineness: float = FINEST,
 ) -> dict[str, Any]:
@@ -122,8 +156,8 @@ def slide(
         Angle in rad, friction, slip velocity to the left in m/s; they broadcast.
     approach : float
         Velocity into the ground at the touch, m/s.
-    window : float
-        s.
+    window : float, optional
+        s; `PERIODS` contact times when left out.
     bounces : bool
         Whether a motion continues after the first separation.
 
@@ -133,6 +167,7 @@ def slide(
         ``stop`` and ``separation`` (s, nan where there is none) and ``peak`` (N).
     """
     theta, mu, speed = (np.array(x, float).ravel() for x in np.broadcast_arrays(theta, mu, speed))
+    window = PERIODS * contact_time(modes, contact) if window is None else window
     rows = [np.ascontiguousarray(row) for row in modes.rows(theta, mu)]
     fastest = modes.rates.max()
     step = min(fineness / fastest, window / 2000) if fastest > 0 else window / 4000
@@ -163,6 +198,36 @@ def landing(
     return high
 
 
+def slip_of_a_bounce(modes: Modes, contact: Contact, theta: Any, mu: Any) -> Any:
+    """Return by how much friction slows a rigid rod from its touch until the force is zero again.
+
+    Its compression obeys δ̈ = g - A F from rest, so that the force is zero again at the depth 0
+    after √(2δ/g) B(1/(2n), 1/2)/n, with δ the largest depth, and takes g of its time as impulse;
+    infinite where A ≤ 0. The end touches the ground then without leaving it: an elastic contact of
+    a rigid rod begins again, and a motion has no separation.
+    """
+    normal, along, push = modes.rows(theta, mu)
+    A, slowing = ((x * push).sum(axis=1) / modes.mass for x in (normal, along))
+    held = np.where(A > 0, A, 1.0)
+    deepest = ((contact.n + 1) * G / (held * contact.K)) ** (1 / contact.n)
+    time = np.sqrt(2 * deepest / G) * beta(1 / (2 * contact.n), 0.5) / contact.n
+    return np.where(A > 0, slowing / held * G * time, np.inf)
+
+
+def rigid_landing(modes: Modes, contact: Contact, theta: Any, speed: Any, steps: int = 30) -> Any:
+    """Return, by case, the least friction from which a rigid rod's slip stops in its first contact.
+
+    By bisection, as `landing`.
+    """
+    theta, speed = (np.array(x, float).ravel() for x in np.broadcast_arrays(theta, speed))
+    low, high = np.full(theta.shape, 0.02), np.full(theta.shape, 8.0)
+    for _ in range(steps):
+        middle = (low + high) / 2
+        stops = slip_of_a_bounce(modes, contact, theta, middle) >= speed
+        low, high = np.where(stops, low, middle), np.where(stops, middle, high)
+    return high
+
+
 # ---- the study ----
 
 GRID = 4 / 2**14
@@ -171,8 +236,11 @@ MANY = (24, 12)
 """Numbers of modes of maps; the table of convergence has their error."""
 MAX_COUNTS = (80, 40)
 ANGLES = (0.8, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)
-SPEEDS = (0.01, 0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
+SPEEDS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 SLENDER = (20, 30, 50, 100, 200, 500)
+SHORT = (10, 20, 50, 100, 222)
+BALL = (0.006, 7800.0)
+"""Radius and density of a ball of steel at the tip of the bench rod; m, kg/m³."""
 MAP_ANGLES = tuple(np.round(np.arange(0.7, 1.53, 0.1), 2).tolist())
 PAPER_EXPONENT = 1.764  # of the paper's law, that of no material
 FRICTION = (0.7, 0.9, 1.1, 1.4)
@@ -221,7 +289,8 @@ def over_angles(angles: Sequence[float], counts: Sequence[tuple[int, int]]) -> l
         "divergence 24,12": divergence(bar, MANY, theta),
         "divergence": divergence(bar, None, theta),
         "divergence at 9.8 N": divergence(bar, None, theta, k),
-        "landing of the rigid rod": landing(Modes(bar, 0, 0), contact, theta, 1.0),
+        "landing of the rigid rod": rigid_landing(Modes(bar, 0, 0), contact, theta, 1.0),
+        "rigid rod, 6 ms": landing(Modes(bar, 0, 0), contact, theta, 1.0, window=6e-3),
         "rigid rod": [t.threshold(t.rigid(bar), x)[0] for x in theta],
     }
     return [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values())]  # noqa: B905
@@ -236,7 +305,7 @@ def over_speeds(angles: Sequence[float], speeds: Sequence[float]) -> list[dict[s
         "speed": speed,
         "landing": landing(Modes(bar, *MANY), hertz(bar), theta, speed),
         "divergence": divergence(bar, MANY, theta),
-        "rigid": landing(Modes(bar, 0, 0), hertz(bar), theta, speed),
+        "rigid": rigid_landing(Modes(bar, 0, 0), hertz(bar), theta, speed),
     }
     return [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values())]  # noqa: B905
 
@@ -328,23 +397,79 @@ def with_the_papers_law(angles: Sequence[float]) -> list[dict[str, float]]:
     return [{"theta": float(x), "landing": float(y)} for x, y in zip(theta, least, strict=True)]
 
 
+def round_ends(angles: Sequence[float]) -> list[dict[str, float]]:
+    """Return the landing of the paper's rod at 1 m/s with an end of radius 0 and with its ball."""
+    bar, theta, radius = theory().Bar(), np.array(angles), 0.00645
+    columns: dict[str, Any] = {"theta": theta}
+    for counts in (MANY, (48, 24)):
+        name = f"{counts[0]},{counts[1]}"
+        columns |= {
+            f"point {name}": landing(Modes(bar, *counts), hertz(bar), theta, 1.0),
+            f"ball {name}": landing(Modes(bar, *counts, radius), hertz(bar), theta, 1.0),
+        }
+    columns["ball, rigid rod"] = rigid_landing(Modes(bar, 0, 0, radius), hertz(bar), theta, 1.0)
+    return [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values())]  # noqa: B905
+
+
+def by_slenderness(slender: Sequence[float]) -> list[dict[str, float]]:
+    """Return the least landing over the angles at 1 m/s, of round steel bars of 1 kg.
+
+    With the divergence on a rigid contact at its angle and the landing of the rigid rod there, and
+    by which part the landing exceeds the divergence at three angles.
+    """
+    rows = []
+    for ratio in slender:
+        bar = theory().round_bar(ratio)
+        contact, theta = hertz(bar, bar.radius), np.arange(1.0, 1.5, 0.02)
+        least = landing(Modes(bar, *MANY), contact, theta, 1.0)
+        at = theta[np.argmin(least)]
+        (rigid,) = rigid_landing(Modes(bar, 0, 0), contact, at, 1.0)
+        three = np.array([1.0, 1.2, 1.4])
+        excess = landing(Modes(bar, *MANY), contact, three, 1.0) / divergence(bar, MANY, three) - 1
+        rows.append({
+            "slenderness": float(ratio), "theta": float(at), "landing": float(least.min()),
+            "divergence": float(divergence(bar, MANY, at)[0]),
+            "landing of the rigid rod": float(rigid),
+            **{f"excess {x}": float(y) for x, y in zip(three, excess, strict=True)},
+        })  # fmt: skip
+    return rows
+
+
+def uniform_friction(theta: float, mu: float, speeds: Sequence[float]) -> list[dict[str, Any]]:
+    """Return when slips below cot θ stop: by friction of uniform sliding, bounces included."""
+    bar = theory().Bar()
+    stops = slide(Modes(bar, 8, 2), hertz(bar), theta, mu, np.array(speeds), window=1.0,
+                  bounces=True)["stop"]  # fmt: skip
+    return [{"theta": theta, "mu": mu, "speed": v, "stop": float(t)}
+            for v, t in zip(speeds, stops, strict=True)]  # fmt: skip
+
+
 def belt(angles: Sequence[float]) -> list[dict[str, float]]:
     """Return the landing of the bench rod of aluminium that approaches its belt with 0.1 m/s.
 
-    The rod has 1 m and 6 mm, and a hard tip: elastic, of the radius of the rod.
+    The rod has 1 m and 6 mm. Its end has the radius 0 or is round; or it bears a ball of steel on
+    a belt of steel, once without its mass and once with it, in either case as a point on the axis.
     """
     given = ps.material("aluminium")
     mass = given.density * math.pi * BENCH_RADIUS**2
     bar = theory().Bar(mass, 1.0, given.density, given.young_modulus, given.poisson_ratio)
-    contact, theta = hertz(bar, BENCH_RADIUS), np.array(angles)
-    columns = {
-        "theta": theta,
-        **{
-            f"landing {b},{a}": landing(Modes(bar, b, a), contact, theta, 1.0, approach=0.1)
-            for b, a in (MANY, (48, 24))
-        },
-        "landing of the rigid rod": landing(Modes(bar, 0, 0), contact, theta, 1.0, approach=0.1),
-    }
+    soft, theta = hertz(bar, BENCH_RADIUS), np.array(angles)
+    radius, density = BALL
+    hard = hertz(theory().Bar(modulus=200e9), radius)
+    columns: dict[str, Any] = {"theta": theta}
+    for counts in (MANY, (48, 24)):
+        name, modes = f"{counts[0]},{counts[1]}", Modes(bar, *counts)
+        heavy = modes.loaded(density * 4 / 3 * math.pi * radius**3)
+        columns |= {
+            f"{end} {name}": landing(m, contact, theta, 1.0, approach=0.1)
+            for end, m, contact in (
+                ("landing", modes, soft),
+                ("round end", Modes(bar, *counts, BENCH_RADIUS), soft),
+                ("hard tip", modes, hard),
+                ("heavy tip", heavy, hard),
+            )
+        }
+    columns["landing of the rigid rod"] = landing(Modes(bar, 0, 0), soft, theta, 1.0, approach=0.1)
     return [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values())]  # noqa: B905
 
 
@@ -384,6 +509,9 @@ def study(quick: bool) -> dict[str, Any]:
             "modes": "those named, at a held angle",
         },
         "belt": belt((0.6, 1.2)),
+        "round ends": round_ends(angles),
+        "slenderness": by_slenderness((20,) if quick else SHORT),
+        "below cot": uniform_friction(1.0, 0.6, (1.0, 2.0)),
         "angles": over_angles(angles, counts[-1:] if quick else (MANY, (48, 24))),
         "speeds": over_speeds((1.0,) if quick else (1.0, 1.2, 1.4), speeds),
         "convergence": convergence(counts),
@@ -453,7 +581,46 @@ def tables(data: dict[str, Any]) -> list[str]:
                "divergence, rigid contact"], fastest),
         table(["material", *(f"L/d = {x:g}" for x in grid["slenderness"])], least),
         table(["approach, m/s", "μ", *(f"{n}, ms" for n in stops)], approach),
+        table(["θ, rad", "radius 0", "ball of 6.45 mm", "lower by", "rigid rod, radius 0",
+               "rigid rod with the ball"], round_end_rows(data)),
+        table(["L/d", "least landing", "at θ", "divergence there", "excess at θ = 1.0", "1.2",
+               "1.4", "rigid rod, landing"], slenderness_rows(data)),
     ]  # fmt: skip
+
+
+def round_end_rows(data: dict[str, Any]) -> list[list[str]]:
+    """Return the lines of the table of round ends."""
+    rigid = {r["theta"]: r["landing of the rigid rod"] for r in data["angles"]}
+    return [
+        [f"{r['theta']:.1f}", f"{r['point 48,24']:.4f}", f"{r['ball 48,24']:.4f}",
+         f"{100 * (1 - r['ball 48,24'] / r['point 48,24']):.1f} %", f"{rigid[r['theta']]:.4f}",
+         f"{r['ball, rigid rod']:.4f}"]
+        for r in data["round ends"]
+    ]  # fmt: skip
+
+
+def slenderness_rows(data: dict[str, Any]) -> list[list[str]]:
+    """Return the lines of the table of landings and divergence by slenderness."""
+    return [
+        [f"{r['slenderness']:g}", f"{r['landing']:.4f}", f"{r['theta']:.2f}",
+         f"{r['divergence']:.4f}",
+         *(f"{100 * r[f'excess {x}']:+.0f} %".replace("-", "−") for x in (1.0, 1.2, 1.4)),
+         f"{r['landing of the rigid rod']:.4f}"]
+        for r in data["slenderness"]
+    ]  # fmt: skip
+
+
+def belt_table(data: dict[str, Any]) -> str:
+    """Return the table of the bench rod's landing, of the page on experiments."""
+    names = ("landing", "round end", "hard tip", "heavy tip")
+    rows = [
+        [f"{r['theta']:g}", *(f"{r[f'{n} 48,24']:.3f}" for n in names),
+         f"{r['landing of the rigid rod']:.3f}"]
+        for r in data["belt"]
+    ]  # fmt: skip
+    head = ["θ, rad", "end of radius 0", "round end of 3 mm", "hard tip without mass",
+            "hard tip with its mass", "rigid rod"]  # fmt: skip
+    return str(theory().table(head, rows))
 
 
 def figure(data: dict[str, Any]) -> Figure:
