@@ -3,6 +3,10 @@
 It shares nothing with what made the certificate: other numbers, and another account of errors. A
 certificate says that conditions hold on a box: functions that are positive. It has the functions as
 elementary operations, and a tree of bisections, whose leaves bound each of them from below.
+
+What is verified is that those functions are positive on that box. Whether they are the functions of
+a model, and those of the claim in words, is not known here: `painleve certify --check` derives them
+again, and compares everything that the certificate says.
 """
 
 from __future__ import annotations
@@ -10,17 +14,27 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import sys
+import time
 from collections.abc import Mapping, Sequence
 from math import inf, nextafter
 from typing import Any, NamedTuple
 
-FORMAT = "painleve-certificate 2"
+FORMAT = "painleve-certificate 3"
 Side = tuple[float, float]
 """Ends of a quantity."""
 MAX_DEGREE = 16
 """Of the polynomials of a certificate."""
 MAX_TERMS = 1000
 """Terms of a polynomial of that degree."""
+MAX_PIECES = 20_000
+"""Pieces of a box."""
+MAX_STEPS = 1_000_000
+"""Elementary operations of a program."""
+MAX_SECONDS = 900.0
+"""Processor time of a verification, three times as much as a proof may take."""
+_STEPS = 50
+"""Operations from one look at the clock to the next."""
 _ROUNDING = 2.0**-52
 """Twice the relative error of an operation, so that it also covers what sums of it round."""
 _SLACK = 1e-12
@@ -29,6 +43,13 @@ _LEAST = 1e-300
 """Absolute widening of a computed bound: what underflows."""
 _WAVE = 1e-15
 """Error of sine and cosine of the C library: four units in the last place, and more."""
+
+
+_DAMAGE = (
+    *(KeyError, TypeError, ValueError, IndexError, ArithmeticError, AttributeError),
+    RecursionError,
+)
+"""What Python raises where a certificate has other entries than it should."""
 
 
 class Rejected(Exception):
@@ -79,16 +100,22 @@ class Polynomials:
     numbers of factors add up to that of the product, unless its degree is above.
     """
 
-    def __init__(self, n: int, degree: int) -> None:
+    def __init__(self, n: int, degree: int, deadline: float = inf) -> None:
         self.n, self.degree, self.base = n, degree, degree + 1
+        self.deadline = deadline
         self.one = self.base**n
         self.end = self.base * self.one
 
     def evaluated(self, program: Sequence[Sequence[Any]], box: Sequence[Side]) -> list[TaylorModel]:
-        """Return the models of the results of a program on a box."""
+        """Return the models of the results of a program on a box.
+
+        Rejected where `time.thread_time` passes the deadline.
+        """
         places: dict[int, TaylorModel] = {}
         results: dict[int, TaylorModel] = {}
-        for name, place, taken in program:
+        for count, (name, place, taken) in enumerate(program):
+            if count % _STEPS == 0 and time.thread_time() > self.deadline:
+                raise Rejected("its verification takes more processor time than is given to it")
             if name == "const":
                 places[place] = _number(_finite(float.fromhex(taken[0])))
             elif name == "input":
@@ -101,6 +128,8 @@ class Polynomials:
 
     def quantity(self, i: int, box: Sequence[Side]) -> TaylorModel:
         """Return the model of a quantity itself."""
+        if i < 0:
+            raise Rejected("an input is none of the quantities of its box")
         low, high = box[i]
         middle = low + (high - low) / 2
         radius = nextafter(max(high - middle, middle - low), inf)
@@ -262,29 +291,78 @@ def halves(box: Sequence[Side], k: int) -> tuple[list[Side], list[Side]]:
     return left, right
 
 
+def over_list(over: Mapping[str, Side]) -> list[list[Any]]:
+    """Return a box as certificates have it: name and ends of each quantity, in their order."""
+    return [[name, float(low), float(high)] for name, (low, high) in over.items()]
+
+
+def box_of(over: Any) -> list[Side]:
+    """Return the ends of the quantities of a certificate's box; Rejected where they are none."""
+    shape = "need a list of [name, from, to], each name once and its ends finite"
+    if not isinstance(over, list) or not all(map(_is_side, over)):
+        raise Rejected(f"it is damaged: {shape} as its over")
+    if len({name for name, _, _ in over}) < len(over):
+        raise Rejected(f"it is damaged: {shape} as its over")
+    return [(float(low), float(high)) for _, low, high in over]
+
+
+def _is_side(entry: Any) -> bool:
+    if not isinstance(entry, list) or len(entry) != 3:
+        return False
+    name, *ends = entry
+    return isinstance(name, str) and all(
+        type(end) in (int, float) and abs(end) <= sys.float_info.max for end in ends
+    )
+
+
 def digest(certificate: Mapping[str, Any]) -> str:
-    """Return the hash of all but the hash itself."""
+    """Return the hash of all but the hash itself.
+
+    The order of keys does not matter, nor whether an end of the box is written as 1 or 1.0.
+    """
     content = {key: value for key, value in certificate.items() if key != "sha256"}
+    if isinstance(over := content.get("over"), list):
+        content["over"] = [_with_floats(side) for side in over]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def check(certificate: Mapping[str, Any]) -> int:
-    """Verify a certificate and return the number of its pieces.
+def _with_floats(side: Any) -> Any:
+    """Return a side of a box with its whole numbers as floating-point ones."""
+    if not isinstance(side, list):
+        return side
+    return [float(entry) if type(entry) is int else entry for entry in side]
+
+
+def check(certificate: Mapping[str, Any], max_seconds: float = MAX_SECONDS) -> int:
+    """Verify that the functions of a certificate are positive on its box.
+
+    This does not tell whether they are those of a model or of the claim in words: all of them are
+    only what the file says. `painleve certify MODEL --check` derives the functions again.
+
+    Parameters
+    ----------
+    certificate : mapping
+        As in its file.
+    max_seconds : float
+        Processor time after which it is rejected.
+
+    Returns
+    -------
+    int
+        Pieces of the box.
 
     Raises
     ------
     Rejected
-        It is damaged, does not cover its box, or has a bound that is not confirmed.
+        It is damaged or too long, does not cover its box, or has a bound that is not confirmed.
     """
+    refuse_other_form(certificate)
     try:
-        if certificate["format"] != FORMAT:
-            raise Rejected(f"the format is not {FORMAT!r}")
         if certificate["sha256"] != digest(certificate):
             raise Rejected("its content does not have the hash that it names")
-        box = [(float(a), float(b)) for a, b in certificate["over"].values()]
-        degree = certificate["degree"]
+        box, degree = box_of(certificate["over"]), certificate["degree"]
         if not (
-            isinstance(degree, int)
+            type(degree) is int
             and 1 <= degree <= MAX_DEGREE
             and math.comb(len(box) + degree, degree) <= MAX_TERMS
         ):
@@ -292,10 +370,23 @@ def check(certificate: Mapping[str, Any]) -> int:
         conditions, program = certificate["conditions"], certificate["program"]
         if not conditions or sum(step[0] == "output" for step in program) != len(conditions):
             raise Rejected("its program has not one result for each condition")
-        polynomials = Polynomials(len(box), degree)
+        polynomials = Polynomials(len(box), degree, time.thread_time() + max_seconds)
         return _verified(polynomials, program, box, certificate["tree"], conditions)
-    except (KeyError, TypeError, ValueError, IndexError, ArithmeticError, AttributeError) as error:
+    except _DAMAGE as error:
         raise Rejected(f"it is damaged: {type(error).__name__}") from error
+
+
+def refuse_other_form(certificate: Any) -> None:
+    """Reject another format, and what is longer than any that a proof writes."""
+    if not isinstance(certificate, Mapping) or certificate.get("format") != FORMAT:
+        raise Rejected(f"its format is not {FORMAT!r}. Fix: prove it again")
+    box_of(certificate.get("over"))
+    for key, limit in {"tree": 2 * MAX_PIECES - 1, "program": MAX_STEPS}.items():
+        entries = certificate.get(key)
+        if not isinstance(entries, list):
+            raise Rejected(f"it is damaged: its {key} is not a list")
+        if len(entries) > limit:
+            raise Rejected(f"its {key} has {len(entries)} entries, need at most {limit}")
 
 
 def _verified(
@@ -310,7 +401,9 @@ def _verified(
         if not waiting:
             raise Rejected("it has more pieces than its box")
         piece = waiting.pop()
-        if isinstance(node, int):
+        if type(node) is int:
+            if not 0 <= node < polynomials.n:
+                raise Rejected(f"it halves side {node} of a box of {polynomials.n}")
             waiting += reversed(halves(piece, node))
             continue
         models = polynomials.evaluated(program, piece)

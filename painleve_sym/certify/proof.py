@@ -2,7 +2,8 @@
 
 The box is halved until polynomials with balls as coefficients show that each function is positive
 on each piece, or balls that one is negative at the middle of one, where those before it are
-positive. The earliest condition comes first, and of it the piece with the worst bound.
+positive. The earliest condition comes first, and of it the piece with the worst bound: a later one
+that fails is the answer only where those before it are settled, or `_SETTLING` pieces later.
 """
 
 from __future__ import annotations
@@ -17,7 +18,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import casadi as ca
 
-from painleve_sym.certify.checker import FORMAT, Polynomials, Rejected, Side, digest, halves
+from painleve_sym.certify.checker import (
+    FORMAT,
+    MAX_PIECES,
+    Polynomials,
+    Rejected,
+    Side,
+    digest,
+    halves,
+    over_list,
+)
 from painleve_sym.certify.program import Step, program_of
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
@@ -26,12 +36,12 @@ from painleve_sym.progress import progress
 if TYPE_CHECKING:
     from painleve_sym.certify.ball_polynomials import BallPolynomials
 
-MAX_PIECES = 20_000
-"""Pieces after which the question stays undecided."""
 MAX_SECONDS = 300.0
-"""Processor time after which it does."""
+"""Processor time after which the question stays undecided, as it does after `MAX_PIECES`."""
 MAX_QUANTITIES = 16
 """Sides of a box."""
+_SETTLING = 40
+"""Pieces that are halved for the conditions before one that is known to fail."""
 _TERMS = 40
 """Terms of a polynomial: its degree is the largest one with as many, but 3 to 10."""
 _NARROW = 2.0**-50
@@ -123,39 +133,46 @@ def prove_positive(
     )
     cuts: dict[int, int] = {}
     bounds: dict[int, list[float]] = {}
+    failed: tuple[int, list[Side]] | None = None
 
-    def ended(verdict: Verdict, piece: list[Side], which: int) -> Proof:
+    def ended(piece: list[Side], which: int, verdict: Verdict = Verdict.UNDECIDED) -> Proof:
+        if failed is not None:
+            verdict, (which, piece) = Verdict.REFUTED, failed
         where = dict(zip(over, piece, strict=True))
         return Proof(verdict, len(bounds), where, conditions[which], None)
 
     # Pieces to halve, those of the first condition first, and the one with the worst bound first;
     # the halves of piece k are 2k and 2k + 1.
     waiting: list[tuple[int, float, int, list[Side], int]] = []
-    fresh, which = [(1, box)], 0
+    fresh, which, patience = [(1, box)], 0, _SETTLING
     with progress("certify", unit=" pieces") as advance:
         while fresh:
             for place, piece in fresh:
                 try:
                     own = judge(piece)
                 except TimeoutError:
-                    return ended(Verdict.UNDECIDED, piece, which)
+                    return ended(piece, which)
                 if isinstance(own, list):
                     bounds[place] = [bound * _SHARE for bound in own]
                     advance(1)
-                elif own.fails:
-                    return ended(Verdict.REFUTED, piece, own.condition)
-                else:
-                    heapq.heappush(waiting, (own.condition, own.bound, place, piece, own.across))
+                    continue
+                if own.failing is not None and (failed is None or own.failing < failed[0]):
+                    failed = own.failing, piece
+                heapq.heappush(waiting, (own.condition, own.bound, place, piece, own.across))
             fresh = []
             if waiting:
                 which, _, place, piece, across = heapq.heappop(waiting)
+                if failed is not None:
+                    patience -= 1
+                    if failed[0] <= which or not patience:
+                        return ended(piece, which)
                 left, right = halves(piece, across)
                 low, high = piece[across]
                 stuck = high - low <= _NARROW * max(
                     abs(low), abs(high), box[across][1] - box[across][0]
                 )
                 if stuck or len(bounds) + len(waiting) + 2 > max_pieces:
-                    return ended(Verdict.UNDECIDED, piece, which)
+                    return ended(piece, which)
                 cuts[place] = across
                 fresh = [(2 * place, left), (2 * place + 1, right)]
     tree = _tree(cuts, bounds)
@@ -166,13 +183,13 @@ def prove_positive(
 class _Open(NamedTuple):
     """A piece on which not all conditions are proved.
 
-    The first of those, its lower bound, whether it fails in the middle of the piece where those
-    before it hold, and the side to halve.
+    The first of those, its lower bound, the one that fails in the middle of the piece where those
+    before it hold, or None, and the side to halve.
     """
 
     condition: int
     bound: float
-    fails: bool
+    failing: int | None
     across: int
 
 
@@ -203,9 +220,9 @@ class _Judge:
         there = self.polynomials.results(self.program, middle, self.deadline)
         # The first condition that is not proved there fails, or is undecided.
         first = next((k for k, value in enumerate(there) if not value[0] > 0), which)
-        fails = bool(there[first][0] < 0)
+        failing = first if there[first][0] < 0 else None
         across = self._side(self.polynomials.influences(values[which]), piece)
-        return _Open(first if fails else which, bounds[which], fails, across)
+        return _Open(which, bounds[which], failing, across)
 
     def _first_open(self, bounds: list[float]) -> int | None:
         return next((k for k, bound in enumerate(bounds) if not bound * _SHARE > 0), None)
@@ -273,7 +290,7 @@ def certificate_of(
         "format": FORMAT,
         "claim": claim,
         "conditions": list(conditions),
-        "over": {n: [float(a), float(b)] for n, (a, b) in over.items()},
+        "over": over_list(over),
         "degree": degree,
         "program": [[name, place, list(taken)] for name, place, taken in program_of(function)],
         "tree": tree,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +31,10 @@ from painleve_sym.robots.robot import Robot
 from painleve_sym.robots.robot import robot as read
 from painleve_sym.robots.robot_contact import RobotContact
 from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
+
+if TYPE_CHECKING:
+    from painleve_sym.certify.checker import Side
+    from painleve_sym.contacts.positive import PositiveFunction
 
 SHOWN_GRADIENT = 8
 _NOT_PROVED = ("velocities", "torques", "trajectory", "poses", "report", "export")
@@ -117,10 +122,13 @@ def _certify(arguments: argparse.Namespace) -> int:
     over = read_ranges("--over", arguments.over, lambda: units, BOX)
     if twice := set(over) & set(place.get("joints", ())):
         raise InputError(f"--over: got {min(twice)} in --joints as well. Fix: give it once.")
-    positive = contact.positive_function(over, arguments.mu)
     data = {"robot": one.tree.name, "contact": contact.dynamics.contacts[0].frame}
     notices = (*one.tree.notices, " ".join(CAVEATS))
-    return answer(arguments, contact.title, data, over, positive, notices)
+
+    def derive(over: Mapping[str, Side]) -> PositiveFunction:
+        return contact.positive_function(over, arguments.mu)
+
+    return answer(arguments, contact.title, data, over, derive, notices)
 
 
 def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnswer | None:

@@ -224,7 +224,7 @@ CHANGES = {
     "no condition": (lambda c: c.update(conditions=[], tree=[[]], program=[]), "one result"),
     "piece left out": (lambda c: c["tree"].pop(), "do not cover"),
     "piece too many": (lambda c: c["tree"].append([(0.1).hex()] * 2), "more pieces"),
-    "wider box": (lambda c: c["over"].__setitem__("y", [0.2, 1.3]), "not confirmed"),
+    "wider box": (lambda c: c["over"].__setitem__(1, ["y", 0.2, 1.3]), "not confirmed"),
     "other formula": (
         lambda c: c["program"].__setitem__(
             next(k for k, s in enumerate(c["program"]) if s[0] == "const"),
@@ -239,11 +239,11 @@ CHANGES = {
         "damaged",
     ),
     "words": (lambda c: c.__setitem__("over", "all"), "damaged"),
-    "side": (lambda c: c["tree"].__setitem__(0, 7), "damaged"),
+    "side": (lambda c: c["tree"].__setitem__(0, 7), "halves side 7 of a box of 2"),
     "degree": (lambda c: c.__setitem__("degree", 17), "the degree 17"),
     "lower degree": (lambda c: c.__setitem__("degree", 1), "not confirmed"),
-    "ends": (lambda c: c["over"].__setitem__("y", [1.0, 0.2]), "wrong order"),
-    "infinite": (lambda c: c["over"].__setitem__("y", [0.2, math.inf]), "no finite value"),
+    "ends": (lambda c: c["over"].__setitem__(1, ["y", 1.0, 0.2]), "wrong order"),
+    "infinite": (lambda c: c["over"].__setitem__(1, ["y", 0.2, math.inf]), "ends finite"),
 }
 
 
@@ -279,7 +279,7 @@ def test_rod_is_proved_below_its_threshold_and_refuted_above(capsys, tmp_path):
     code, out, _ = run(capsys, *ROD, "--set", "mu=1.3", "--check", file)
     assert code == 1 and "its claim is not that of this command" in out
     changed = json.loads((tmp_path / "rod.json").read_text())
-    changed["over"]["theta"][1] = 1.5
+    changed["over"][0][2] = 1.5
     (tmp_path / "rod.json").write_text(json.dumps(changed))
     code, out, _ = run(capsys, *ROD, "--set", "mu=1.333", "--check", file)
     assert code == 1 and out.startswith("rejected")
@@ -295,6 +295,12 @@ def test_rod_in_space_is_certified_for_every_direction(capsys):
 LEFT = {
     "declared bound": (("rod-3d", "theta=-0.5:0.5", "mu=0.5"), "sin(theta) > 0", "theta", 0.0),
     "gimbal lock": (("rod-3d", "theta=1:2", "mu=0.1"), "gimbal lock", "theta", math.pi / 2),
+    "gimbal lock beside a singular mass matrix": (
+        ("brick", "theta=1.2:1.6", "mu=0.1"),
+        "gimbal lock",
+        "theta",
+        math.pi / 2,
+    ),
     "moment of inertia": (("top", "J_3=1e-5:9e-5", "mu=0.1"), "moment of inertia", "J_3", 6e-5),
 }
 """Boxes that leave the domain, a part of the message, and the border of the domain within them."""

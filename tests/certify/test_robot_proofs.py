@@ -128,7 +128,7 @@ def test_box_that_takes_too_long_stays_undecided(foot):
 
 
 CHANGES = {
-    "wider": lambda c: c["over"]["LF_KFE"].__setitem__(1, -0.9),
+    "wider": lambda c: c["over"][2].__setitem__(2, -0.9),
     "bound": lambda c: c["tree"][-1].__setitem__(-1, (50.0).hex()),
     "bound of the mass matrix": lambda c: c["tree"][-1].__setitem__(0, (50.0).hex()),
     "piece": lambda c: c["tree"].pop(),
