@@ -66,10 +66,20 @@ def file_path(value: Any, where: str) -> Path:
 
 
 def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") -> str:
-    """Return the UTF-8 text of a file that may be of any size or kind.
+    """Return the UTF-8 text of a file; InputError as `read_bytes`, and where it is not UTF-8."""
+    content = read_bytes(path, where, most, kind)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise InputError(f"{where}, line {line}: not UTF-8 text. Fix: save it as UTF-8.") from error
+
+
+def read_bytes(path: str | Path, where: str, most: int, kind: str) -> bytes:
+    """Return the content of a file that may be of any size or kind.
 
     Messages call the file `where`, and `kind` what it should be; at most `most` bytes are read,
-    since a special file may never end. InputError where it is not readable, too long, or not UTF-8.
+    since a special file may never end. InputError where it is not readable, or too long.
     """
     path = file_path(path, where)
     try:
@@ -81,11 +91,7 @@ def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") 
         raise InputError(f"{where}: {reason}.{near} Fix: name a readable {kind}.") from error
     if len(content) > most:
         raise InputError(f"{where}: got more than {most} bytes. Fix: name a {kind}.")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        raise InputError(f"{where}, line {line}: not UTF-8 text. Fix: save it as UTF-8.") from error
+    return content
 
 
 def _near_file(path: Path) -> str:

@@ -110,6 +110,11 @@ class RigidBodies:
         follows = joint.mimic
         return (joint.name, 1.0) if follows is None else (follows.joint, follows.factor)
 
+    def _value(self, joint: Joint) -> ca.SX:
+        """Return the value of a joint, also of one that follows another one."""
+        name, factor = self._leader(joint)
+        return self.q[name] * factor + (joint.mimic.offset if joint.mimic else 0.0)
+
     @cached_property
     def placements(self) -> list[tuple[ca.SX, ca.SX]]:
         """Rotation and position of every body in the frame of the base."""
@@ -120,9 +125,7 @@ class RigidBodies:
                 above, origin = placed[body.parent]
                 R, p = above @ R, origin + above @ p
             if (joint := body.joint) is not None:
-                name, factor = self._leader(joint)
-                offset = joint.mimic.offset if joint.mimic else 0.0
-                value = self.q[name] * factor + (offset - joint.reference)
+                value = self._value(joint) - joint.reference
                 if joint.kind is JointKind.REVOLUTE:
                     R = R @ _turn(joint.axis, value)
                 else:
@@ -176,6 +179,7 @@ class RigidBodies:
         for k in range(self.base_size):
             momentum = whole.momentum(_unit(k))
             M[:6, k] = ca.vertcat(*momentum)
+            M[k, k] += self.tree.base_armature
         for i, moved in enumerate(self._moved):
             if moved is None:
                 continue
@@ -214,7 +218,7 @@ class RigidBodies:
         return motions
 
     def bias(self, velocity: ca.SX, gravity: ca.SX) -> ca.SX:
-        """Return the forces h of M a + h = forces: of gravity and of the velocities.
+        """Return the forces h of M a + h = forces: of gravity, velocities, springs and dampers.
 
         Shape (size,); `gravity` is in the axes of the base.
         """
@@ -222,7 +226,11 @@ class RigidBodies:
         parts = zip(self.tree.bodies, self.placements, strict=True)
         for (V, A), (body, (R, p)) in zip(self._motions(velocity, gravity), parts, strict=True):
             inertia = _inertia(body, R, p)
-            forces.append(inertia.momentum(A) + V.moves_force(inertia.momentum(V)))
+            force = inertia.momentum(A) + V.moves_force(inertia.momentum(V))
+            if body.compensated.any():
+                held = body.compensated[0] * p + R @ constant(body.compensated[1:])
+                force += _Motion(body.compensated[0] * gravity, ca.cross(held, gravity))
+            forces.append(force)
         h = ca.SX(self.size, 1)
         for i in reversed(range(len(forces))):
             if (moved := self._moved[i]) is not None:
@@ -230,9 +238,25 @@ class RigidBodies:
             if i:
                 parent = self.tree.bodies[i].parent
                 forces[parent] = forces[parent] + forces[i]
+            h += self._passive(i, velocity)
         if self.tree.floating:
-            h[:6] = ca.vertcat(*forces[0])
+            h[:6] = ca.vertcat(*forces[0]) + self.tree.base_damping * velocity[:6]
         return h
+
+    def _passive(self, body: int, velocity: ca.SX) -> ca.SX:
+        """Return what spring and damper of the joint of a body take from the forces."""
+        taken, joint = ca.SX(self.size, 1), self.tree.bodies[body].joint
+        if (moved := self._moved[body]) is None or joint is None:
+            return taken
+        column, factor = moved[0], self._leader(joint)[1]
+        x, v = self._value(joint) - joint.spring_reference, factor * velocity[column]
+        force = ca.SX(0)
+        for k, stiffness in enumerate(joint.stiffness, 1):
+            force += stiffness * x**k
+        for power, damping in zip((v, v * ca.fabs(v), v**3), joint.damping, strict=False):
+            force += damping * power
+        taken[column] = factor * force
+        return taken
 
     def place(self, name: str) -> tuple[int, ca.SX, ca.SX]:
         """Return the body of a frame, and rotation and position in the frame of the base."""

@@ -144,7 +144,7 @@ class Robot:
         if pose is not None and pose not in tree.poses:
             hint = "" if tree.poses else " Fix: name the SRDF file of the robot."
             raise InputError(f"{where}: {unknown_name('pose', pose, tree.poses)}{hint}")
-        named = Pose({}) if pose is None else tree.poses[pose]
+        named = Pose({}, tree.orientation) if pose is None else tree.poses[pose]
         values = checked_values(
             where,
             "joint",

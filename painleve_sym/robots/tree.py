@@ -66,6 +66,16 @@ class Joint:
     reference : float
         Value at which the joint does not move its body.
     mimic : Mimic or None
+    stiffness : tuple of float
+        Coefficients of x, x² and x³ in the force of the spring against the deflection x from
+        `spring_reference`; N m/rad, for a prismatic joint N/m, and so on.
+    spring_reference : float
+        Value at which the spring has no force.
+    damping : tuple of float
+        Coefficients of v, v|v| and v³ in the force against the velocity v of the joint;
+        N m s/rad, for a prismatic joint N s/m, and so on.
+    friction : float
+        Largest dry friction, which no formula holds; N m, for a prismatic joint N.
     """
 
     name: str
@@ -76,6 +86,10 @@ class Joint:
     armature: float = 0.0
     reference: float = 0.0
     mimic: Mimic | None = None
+    stiffness: tuple[float, ...] = ()
+    spring_reference: float = 0.0
+    damping: tuple[float, ...] = ()
+    friction: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -116,6 +130,9 @@ class Body:
         Centre of mass in the frame of the body, m.
     inertia : ndarray, shape (3, 3)
         About the centre of mass, in the axes of the body; kg m².
+    compensated : ndarray, shape (4,)
+        Mass whose weight is held by gravity compensation, and this mass times its centre;
+        kg and kg m.
     """
 
     name: str
@@ -126,6 +143,7 @@ class Body:
     mass: float = 0.0
     center: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    compensated: Array = field(default_factory=lambda: np.zeros(4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +182,15 @@ class RobotTree:
         Sentences on what the file says and the tree does not hold.
     base : str
         A sentence that says whether the base floats, and how this was decided.
+    orientation : tuple of float
+        Of a floating base where no pose is named: a quaternion (w, x, y, z).
+    base_armature : float
+        Added to the diagonal of the mass matrix for each velocity of a floating base, kg and
+        kg m².
+    base_damping : float
+        Force against each velocity of a floating base, N s/m and N m s/rad.
+    ambiguous : mapping of str to tuple of str
+        Names that several elements of the file share, with those that `frames` has instead.
     """
 
     name: str
@@ -174,6 +201,10 @@ class RobotTree:
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     notices: tuple[str, ...] = ()
     base: str = ""
+    orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    base_armature: float = 0.0
+    base_damping: float = 0.0
+    ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Return the title."""
@@ -198,17 +229,20 @@ class RobotTree:
             [
                 *(b.parent, b.mass),
                 *(a.tolist() for a in (b.rotation, b.position, b.center, b.inertia)),
+                b.compensated.tolist(),
                 b.joint
                 and [
                     *(b.joint.name, b.joint.kind.value, b.joint.axis.tolist()),
-                    *(b.joint.armature, b.joint.reference),
+                    *(b.joint.armature, b.joint.reference, b.joint.stiffness),
+                    *(b.joint.spring_reference, b.joint.damping),
                     b.joint.mimic and [b.joint.mimic.joint, b.joint.mimic.factor],
                     b.joint.mimic and b.joint.mimic.offset,
                 ],
             ]
             for b in self.bodies
         ]
-        return json.dumps([self.floating, self.gravity.tolist(), bodies])
+        base = [self.floating, self.base_armature, self.base_damping]
+        return json.dumps([base, self.gravity.tolist(), bodies])
 
     @cached_property
     def merged(self) -> RobotTree:
@@ -250,6 +284,11 @@ class RobotTree:
 
     def frame(self, name: str, where: str) -> Frame:
         """Return a frame by its name; InputError names the nearest one."""
+        if several := self.ambiguous.get(name):
+            raise InputError(
+                f"{where}: several elements of the file are called {name!r}, at different places. "
+                f"Fix: name one of {', '.join(several)}."
+            )
         refuse_unknown("frame", name, self.frames, where)
         return self.frames[name]
 
@@ -277,7 +316,12 @@ def _whole(parts: Sequence[tuple[Body, Array, Array]]) -> dict[str, Any]:
     solids = [(b.mass, R @ b.center + p, R @ b.inertia @ R.T) for b, R, p in parts]
     if not any(mass for mass, _, _ in solids):
         return {"inertia": sum((inertia for _, _, inertia in solids), np.zeros((3, 3)))}
-    return dict(zip(("mass", "center", "inertia"), joined(solids), strict=True))
+    whole: dict[str, Any] = dict(zip(("mass", "center", "inertia"), joined(solids), strict=True))
+    whole["compensated"] = np.zeros(4)
+    for body, R, p in parts:
+        mass, moment = body.compensated[0], body.compensated[1:]
+        whole["compensated"] += (mass, *(R @ moment + mass * p))
+    return whole
 
 
 def joined(parts: Sequence[Solid]) -> Solid:
@@ -335,6 +379,22 @@ def rotation_quaternion(quaternion: Sequence[float], where: str) -> Array:
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     return cleaned(np.array(rows))
+
+
+def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
+    """Return the quaternion (w, x, y, z) of a rotation."""
+    # Each row is the quaternion times four times one of its entries: the largest is the safest.
+    R, trace = rotation, float(np.trace(rotation))
+    a, b, c = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    rows = np.zeros((4, 4))
+    rows[0, 1:] = rows[1:, 0] = a, b, c
+    rows[1:, 1:] = R + R.T
+    rows[0, 0] = 1 + trace
+    for i in range(3):
+        rows[1 + i, 1 + i] = 1 + 2 * R[i, i] - trace
+    best = rows[int(np.argmax(rows.diagonal()))]
+    w, x, y, z = (best / np.linalg.norm(best)).tolist()
+    return w, x, y, z
 
 
 def cleaned(matrix: Array) -> Array:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from painleve_sym.errors import InputError, refuse_unknown
+from painleve_sym.robots.formats import URDF, called, paths, review
 from painleve_sym.robots.tree import (
     MASSLESS,
     MAX_BODIES,
@@ -25,6 +27,8 @@ from painleve_sym.robots.tree import (
     Solid,
     inertia_doubt,
     inertia_fault,
+    quaternion_of,
+    rotation_quaternion,
     rotation_rpy,
     unit_vector,
 )
@@ -84,19 +88,30 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         reached = {link for link, _ in order}
         left = next(name for name in links if name not in reached)
         raise InputError(f"{where}: the joints form a cycle through link {left!r}, need a tree.")
+    free = _free_joint(order, links)
+    order = order[free is not None :]
     index = {link: i for i, (link, _) in enumerate(order)}
-    notices: list[str] = []
+    notices = list(_notices(root, where))
     bodies = []
     for link, above in order:
         placed = SAME_PLACE if above is None else _origin(above, where)
-        parent_index = -1 if above is None else index[parent_of[link]]
-        own = None if above is None else _joint(above, joints, where)
+        parent_index, own = -1, None
+        if above is not None and above is not free:
+            parent_index, own = index[parent_of[link]], _joint(above, joints, where)
         mass, center, inertia = _inertia(links[link], where, notices)
         bodies.append(Body(link, parent_index, *placed, own, mass, center, inertia))
     frames = {link: Frame(i, *SAME_PLACE) for link, i in index.items()}
-    floating, base = _base(floating, roots[0], bodies)
+    floating, base = _base(floating, free, bodies)
+    orientation = quaternion_of(bodies[0].rotation)
+    if floating:
+        bodies[0] = replace(bodies[0], rotation=SAME_PLACE[0], position=SAME_PLACE[1])
     name = root.get("name", "") or "robot"
-    tree = RobotTree(name, tuple(bodies), frames, floating, notices=tuple(notices), base=base)
+    tree = RobotTree(
+        *(name, tuple(bodies), frames, floating),
+        notices=tuple(notices),
+        base=base,
+        orientation=orientation,
+    )
     for body in tree.merged.bodies:
         # A link may have an inertia of no body where that of all that is fixed to it is one.
         if fault := inertia_fault(body.mass, body.inertia):
@@ -104,6 +119,30 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
                 f"{where}: link {body.name!r}, with all that is fixed to it, has {fault}."
             )
     return tree
+
+
+def _notices(root: Element, where: str) -> tuple[str, ...]:
+    """Return sentences on what the file has and the tree has not."""
+    elements = ((path, e, _called(e, parent)) for path, e, parent in paths(root, URDF))
+    return review(elements, URDF, where)
+
+
+def _called(element: Element, parent: Element) -> str:
+    named = element if element.get("name") or not parent.get("name") else parent
+    return called(named)
+
+
+def _free_joint(
+    order: list[tuple[str, Element | None]], links: dict[str, Element]
+) -> Element | None:
+    """Return the floating joint between a root link without inertia and the base, if it is so."""
+    if len(order) < 2 or links[order[0][0]].find("inertial") is not None:
+        return None
+    joint = order[1][1]
+    assert joint is not None
+    parents = [e.find("parent") for _, e in order[1:] if e is not None]
+    alone = sum(p is not None and p.get("link", "").strip() == order[0][0] for p in parents) == 1
+    return joint if alone and joint.get("type") == "floating" else None
 
 
 def _by_name(root: Element, tag: str, where: str) -> dict[str, Element]:
@@ -137,10 +176,13 @@ def _walk(root: str, children: dict[str, list[Element]]) -> Iterator[tuple[str, 
             waiting.append((child.get("link", "").strip(), element))
 
 
-def _base(asked: bool | None, root: str, bodies: list[Body]) -> tuple[bool, str]:
+def _base(asked: bool | None, free: Element | None, bodies: list[Body]) -> tuple[bool, str]:
     """Return whether the base floats, and a sentence that says why."""
+    root = bodies[0].name
     if asked is not None:
         return asked, f"The base, link {root!r}, {'floats' if asked else 'is fixed'} as asked."
+    if free is not None:
+        return True, f"The base, link {root!r}, floats: {label(free)} of the file is floating."
     if root == _WORLD:
         return False, f"The base is fixed: the root link is called {_WORLD!r}."
     if any(body.mass > 0 for body in _fixed_to_base(bodies)):
@@ -166,8 +208,13 @@ def _origin(element: Element, where: str) -> Place:
     origin = element.find("origin")
     if origin is None:
         return SAME_PLACE
-    rpy = number_list(origin, "rpy", where, (0.0, 0.0, 0.0), 3)
-    return rotation_rpy(*rpy), np.array(number_list(origin, "xyz", where, (0.0, 0.0, 0.0), 3))
+    place = np.array(number_list(origin, "xyz", where, (0.0, 0.0, 0.0), 3))
+    if "quat_xyzw" not in origin.attrib:
+        return rotation_rpy(*number_list(origin, "rpy", where, (0.0, 0.0, 0.0), 3)), place
+    if "rpy" in origin.attrib:
+        raise InputError(f"{where}: {label(element)}: origin has rpy and quat_xyzw, need one.")
+    x, y, z, w = number_list(origin, "quat_xyzw", where, None, 4)
+    return rotation_quaternion((w, x, y, z), f"{where}: {label(element)}: origin"), place
 
 
 def _inertia(link: Element, where: str, notices: list[str]) -> Solid:
@@ -198,7 +245,8 @@ def _joint(element: Element, joints: dict[str, Element], where: str) -> Joint | 
     if text not in _KINDS:
         raise InputError(
             f"{where}: {label(element)} is of type {text!r}, need revolute, continuous, prismatic "
-            "or fixed. Fix: write it as several joints of one degree of freedom."
+            "or fixed; a floating one only from a root link without inertia to the base. "
+            "Fix: write it as several joints of one degree of freedom."
         )
     axis = element.find("axis")
     vector = [1.0, 0.0, 0.0] if axis is None else number_list(axis, "xyz", where, (1, 0, 0), 3)
@@ -213,6 +261,10 @@ def _joint(element: Element, joints: dict[str, Element], where: str) -> Joint | 
             )
         if lower == upper == 0.0 and not {"lower", "upper"} & set(limit.keys()):
             lower, upper = -math.inf, math.inf
+    dynamics = element.find("dynamics")
+    damping = friction = 0.0
+    if dynamics is not None:
+        damping, friction = (one_number(dynamics, k, where, 0.0) for k in ("damping", "friction"))
     return Joint(
         name_of(element, where),
         _KINDS[text],
@@ -220,6 +272,8 @@ def _joint(element: Element, joints: dict[str, Element], where: str) -> Joint | 
         lower,
         upper,
         mimic=_mimic(element, joints, where),
+        damping=(damping,) if damping else (),
+        friction=friction,
     )
 
 
@@ -227,18 +281,21 @@ def _mimic(element: Element, joints: dict[str, Element], where: str) -> Mimic | 
     mimic = element.find("mimic")
     if mimic is None:
         return None
-    name = name_of(mimic, where, "joint")
-    refuse_unknown("joint", name, joints, f"{where}: {label(element)}")
-    other = joints[name]
-    if other.find("mimic") is not None or other.get("type") not in _KINDS:
-        raise InputError(
-            f"{where}: {label(element)} mimics {name!r}, need a joint that moves and mimics none."
-        )
-    return Mimic(
-        name,
-        one_number(mimic, "multiplier", where, 1.0),
-        one_number(mimic, "offset", where, 0.0),
-    )
+    factor, offset, name = 1.0, 0.0, ""
+    passed: list[str] = []
+    while mimic is not None:
+        # A joint may follow one that follows another one.
+        name = name_of(mimic, where, "joint")
+        refuse_unknown("joint", name, joints, f"{where}: {label(element)}")
+        offset += factor * one_number(mimic, "offset", where, 0.0)
+        factor *= one_number(mimic, "multiplier", where, 1.0)
+        if name in passed or name == name_of(element, where):
+            raise InputError(f"{where}: {label(element)} mimics itself. Fix: remove one <mimic>.")
+        passed.append(name)
+        mimic = joints[name].find("mimic")
+    if joints[name].get("type") not in _KINDS:
+        raise InputError(f"{where}: {label(element)} mimics {name!r}, need a joint that moves.")
+    return Mimic(name, factor, offset)
 
 
 def srdf_poses(path: Path, tree: RobotTree, where: str) -> dict[str, Pose]:

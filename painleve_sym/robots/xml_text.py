@@ -15,10 +15,14 @@ from xml.etree.ElementTree import Element
 
 from painleve_sym.checks import LARGEST
 from painleve_sym.errors import InputError, shortened
-from painleve_sym.files import read_text
+from painleve_sym.files import read_bytes
 
 MAX_BYTES, MAX_ELEMENTS, MAX_DEPTH = 16_000_000, 100_000, 200
 """Sizes of a file, a hundred times those of robots with every finger."""
+EXPAND_XACRO = (
+    "Fix: expand it, with ROS by xacro FILE > robot.urdf, without by pip install xacrodoc and "
+    "xacrodoc FILE -o robot.urdf."
+)
 
 
 class _Guarded(ElementTree.TreeBuilder):
@@ -52,24 +56,37 @@ class _Guarded(ElementTree.TreeBuilder):
 
 
 def read_elements(path: str | Path, where: str) -> Element:
-    """Return the root element of an XML file.
+    """Return the root element of an XML file, in the encoding that it declares.
 
     Raises
     ------
     InputError
         Not readable, not XML, too large, or with a document type. `where` begins the message.
     """
-    text = read_text(path, where, MAX_BYTES, "URDF or MJCF file")
+    content = read_bytes(path, where, MAX_BYTES, "URDF or MJCF file")
     parser = ElementTree.XMLParser(target=_Guarded(where))
     try:
-        parser.feed(text)
+        parser.feed(content)
         root = parser.close()
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{where}: not well-formed XML: {error}.") from error
+        fix = f" {EXPAND_XACRO}" if "prefix" in str(error) and b"xacro:" in content else ""
+        raise InputError(f"{where}: not well-formed XML: {error}.{fix}") from error
     assert isinstance(root, Element)
+    _refuse_macros(root, where)
     return root
+
+
+def _refuse_macros(root: Element, where: str) -> None:
+    """InputError where a file has elements of xacro, which are to be expanded before."""
+    for element in root.iter():
+        space, _, tag = element.tag.rpartition("}")
+        if "xacro" in space:
+            raise InputError(
+                f"{where}: <xacro:{shortened(tag, 80)}> is a macro of xacro, which is not part of "
+                f"a robot's description. {EXPAND_XACRO}"
+            )
 
 
 def label(element: Element) -> str:
@@ -98,8 +115,9 @@ def number_list(
     if wrong:
         need = f"{length} finite numbers" if length > 1 else "a finite number"
         need = need if length else "finite numbers"
+        fix = f" {EXPAND_XACRO}" if "${" in text else ""
         raise InputError(
-            f"{where}: {label(element)}: {key} = {shortened(text, 80)!r}, need {need}."
+            f"{where}: {label(element)}: {key} = {shortened(text, 80)!r}, need {need}.{fix}"
         )
     return values
 

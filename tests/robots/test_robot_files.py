@@ -108,7 +108,7 @@ FAULTS = {
     "mimic": (
         urdf(links("a", "b"),
              JOINT.format("j", "revolute", "a", "b", '<mimic joint="j"/>')),
-        "need a joint that moves and mimics none",
+        "<joint name='j'> mimics itself",
     ),
     "infinite": (urdf(inertial("inf", (1, 1, 1))), "value = 'inf', need a finite number"),
     "negative mass": (urdf(inertial(-1, (1, 1, 1))), "has mass -1 kg, need a number >= 0"),
@@ -171,7 +171,7 @@ def test_file_that_is_absent_binary_or_endless(tmp_path):
     with pytest.raises(InputError, match="No such file"):
         ps.robot(tmp_path / "absent.urdf")
     (tmp_path / "noise.urdf").write_bytes(bytes(range(256)))
-    with pytest.raises(InputError, match="not UTF-8"):
+    with pytest.raises(InputError, match="not well-formed XML"):
         ps.robot(tmp_path / "noise.urdf")
     with pytest.raises(InputError, match="more than 16000000 bytes"):
         ps.robot("/dev/zero")
@@ -208,7 +208,12 @@ def test_robot_says_how_its_base_was_decided(tmp_path, text, asked, floating, se
 
 def test_closed_chain_is_a_notice(tmp_path):
     text = body(HINGE, '<equality><connect body1="b"/></equality>')
-    assert "<connect> constraints" in ps.robot(written(tmp_path, text)).tree.notices[0]
+    notice = ps.robot(written(tmp_path, text)).tree.notices[0]
+    assert "that of the open tree" in notice and notice.endswith(": <connect> of b.")
+    for off in (' active="false"', ""):
+        before = "" if off else '<option><flag equality="disable"/></option>'
+        text = body(HINGE, f'{before}<equality><connect body1="b"{off}/></equality>')
+        assert ps.robot(written(tmp_path, text)).tree.notices == ()
 
 
 WORDS = [
