@@ -88,24 +88,26 @@ class Step:
         return CLAIMS.formulas[self.formula].number if self.formula else ""
 
     @property
-    def misprint(self) -> str:
+    def fault(self) -> str:
         """The fault of the printed formula; empty where it has none."""
-        return CLAIMS.formulas[self.formula].misprint if self.formula else ""
+        return CLAIMS.formulas[self.formula].fault if self.formula else ""
 
     @property
     def verdict(self) -> str:
-        """``equal``, ``misprint: ...`` or ``not printed``."""
+        """``equal``, ``misprint: ...``, ``differs: ...`` or ``not printed``."""
         if not self.formula:
             return NOT_COMPARED
-        return f"misprint: {self.misprint}" if self.misprint else EQUAL
+        claim = CLAIMS.formulas[self.formula]
+        copy = " or fault of the copy" if claim.copy else ""
+        return f"{claim.expected.value}{copy}: {self.fault}" if self.fault else EQUAL
 
     def check(self) -> None:
-        """Assert that derivation, package and paper agree, or that the misprint is one."""
+        """Assert that derivation, package and paper agree, or that the fault is one."""
         if self.package is not None:
             assert identical(self.derived.rhs, self.package), f"package differs: {self.derived}"
         if self.printed is not None:
             same = identical(self.derived.rhs, self.printed)
-            expected = not self.misprint
+            expected = not self.fault
             assert same == expected, f"paper {self.number} {self.verdict}, but got: {self.derived}"
 
 
@@ -247,7 +249,7 @@ def _comparison(step: Step, names: dict[sp.Symbol, str]) -> Iterable[str]:
         lines.append(
             f"*Paper {step.number}:* ${_latex(step.printed, names)}$ — **{step.verdict}**."
         )
-    elif step.misprint:
+    elif step.fault:
         lines.append(f"*Paper {step.number}:* **{step.verdict}**.")
     if step.package is not None:
         lines.append("*Package:* equal.")

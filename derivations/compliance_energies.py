@@ -56,7 +56,7 @@ def packaged(expr: sp.Expr, law: ContactLaw) -> sp.Expr:
 
 
 def stiffness_steps(law: ContactLaw) -> list[Step]:
-    """Return the steps to K_e, with the misprints of R* and of the unit of K_e."""
+    """Return the steps to K_e, with the misprint of R* and the unit of K_e."""
     r = sp.Symbol("r", positive=True)
     caps = sum(radius - sp.sqrt(radius**2 - r**2) for radius in (R_1, R_2))
     curvature = sp.series(caps, r, 0, 3).removeO().coeff(r, 2) * 2

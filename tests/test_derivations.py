@@ -56,6 +56,8 @@ def test_derivations_prove_exactly_the_known_misprints(derived):
     verdicts = [entry for d in derived for entry in d.verdicts]
     misprints = {number for number, verdict in verdicts if verdict != "equal"}
     assert misprints == {"(4), 1/R*", "(4), K_e", "(14), θ̇(t1)", "(18), P_n2"}
+    (stiffness,) = (verdict for number, verdict in verdicts if number == "(4), K_e")
+    assert stiffness.startswith("differs: right for the n = 3/2")
 
 
 def test_generated_functions_are_documented_and_typed():

@@ -54,7 +54,9 @@ class PrintedFormula:
 
     The title is empty where only the derivations compare it, the expression where the paper leaves
     the line out. Of a misprint there are the right side without it (`corrected`), the same for
-    people (`holds`), and the fault.
+    people (`holds`), and the fault; of a formula that is right in itself and used where it does not
+    hold, the same with `differs` in place of `misprint`. With `copy` the fault may be that of the
+    copy that was read.
     """
 
     number: str
@@ -64,6 +66,20 @@ class PrintedFormula:
     corrected: str = ""
     holds: str = ""
     misprint: str = ""
+    differs: str = ""
+    copy: bool = False
+
+    @property
+    def fault(self) -> str:
+        """Reason for which the formula is not reproduced; empty where it is."""
+        return self.misprint or self.differs
+
+    @property
+    def expected(self) -> Verdict:
+        """The verdict that the derivation establishes."""
+        if self.differs:
+            return Verdict.DIFFERS
+        return Verdict.MISPRINT if self.misprint else Verdict.REPRODUCED
 
 
 @dataclass(frozen=True)
@@ -71,7 +87,7 @@ class ItemClaim:
     """One thing the paper says in short, or with printed numbers, and how it fares.
 
     The verdict expected is that of the derivations and of independent computations; in the reason
-    ``{name}`` stands for a computed number.
+    ``{name}`` stands for a computed number. With `copy` a misprint may be a fault of the copy.
     """
 
     group: str
@@ -79,6 +95,7 @@ class ItemClaim:
     paper: str = ""
     expected: Verdict = Verdict.REPRODUCED
     reason: str = ""
+    copy: bool = False
 
 
 @dataclass(frozen=True)
@@ -127,8 +144,9 @@ def read_claims(path: Path) -> Claims:
             group="formula",
             title=formula.title,
             paper=formula.text,
-            expected=Verdict.MISPRINT if formula.misprint else Verdict.REPRODUCED,
-            reason=formula.misprint.replace("{", "{{").replace("}", "}}"),
+            expected=formula.expected,
+            reason=formula.fault.replace("{", "{{").replace("}", "}}"),
+            copy=formula.copy,
         )
         for name, formula in formulas.items()
         if formula.title

@@ -17,9 +17,9 @@ class Verdict(enum.StrEnum):
     REPRODUCED = "reproduced"
     """The result agrees within the digits printed, or the words hold."""
     MISPRINT = "misprint"
-    """It does not agree, but a small correction of the print does."""
+    """It does not agree, but a small correction of the text that was read does."""
     DIFFERS = "differs"
-    """It does not agree, and the print is not at fault."""
+    """It does not agree, and no small correction of the text does."""
     FAILED = "failed"
     """The computation ended with an exception; nothing is said about the claim."""
 

@@ -64,7 +64,7 @@ class Item(Compared):
     The verdict is the computed one; expected is the one the derivations and independent
     computations establish, for the `reason`, or under the assumption named there. Runs shared with
     earlier items do not count in `seconds`. `data` are numbers in full precision, as JSON values;
-    `series` are the content of its figure.
+    `series` are the content of its figure. With `copy` a misprint may be a fault of the copy.
     """
 
     id: str
@@ -79,11 +79,17 @@ class Item(Compared):
     data: Mapping[str, Any]
     series: tuple[Panel, ...] | None
     paper_name: str
+    copy: bool = False
 
     @property
     def as_expected(self) -> bool:
         """Whether the verdict is the expected one."""
         return self.verdict is self.expected
+
+    @property
+    def copy_in_doubt(self) -> bool:
+        """Whether the verdict is a misprint that may be a fault of the copy."""
+        return self.copy and self.verdict is Verdict.MISPRINT
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; the arrays of the figure are left out."""
@@ -91,6 +97,7 @@ class Item(Compared):
             **plain_fields(self, "id", "group", "title", "paper", "computed", "verdict"),
             "expected_verdict": self.expected.value,
             **plain_fields(self, "as_expected", "reason", "seconds"),
+            "copy_in_doubt": self.copy_in_doubt,
             "has_figure": self.series is not None,
             **plain_fields(self, "data", "paper_name"),
         }
@@ -134,8 +141,8 @@ class Reproduction:
         Keys: ``format``, ``version``, ``source``, ``ok``, ``counts`` (by verdict), ``items``,
         a list with the keys of `Item.to_dict`: ``id``, ``group``, ``title``, ``paper``,
         ``computed``, ``verdict``, ``expected_verdict``, ``as_expected``, ``reason``, ``seconds``,
-        ``has_figure``, ``data`` and ``paper_name``; and ``papers``, their names. Where ``data``
-        has a ``table``, it holds ``columns`` and ``rows``.
+        ``copy_in_doubt``, ``has_figure``, ``data`` and ``paper_name``; and ``papers``, their names.
+        Where ``data`` has a ``table``, it holds ``columns`` and ``rows``.
         """
         return {
             "format": FORMAT,
@@ -250,6 +257,7 @@ def _computed(paper: Paper, name: str, workbench: Any) -> Item:
         data=outcome.data,
         series=outcome.panels or None,
         paper_name=paper.name,
+        copy=claim.copy,
     )
 
 

@@ -32,9 +32,12 @@ ON_RECORD = (
     "On record is the verdict that the authors of this program reached for each item when they "
     "compared it with the print; a verdict that differs from it has changed since."
 )
+_COPY = "or fault of the copy"
 VERDICTS = {
     "reproduced": "agrees within the digits printed, or the words hold",
-    "misprint": "a small correction of the print makes it agree",
+    "misprint": "a small correction of the text that was read makes it agree",
+    "or fault of the copy": "the copy that was read came through character recognition, and the "
+    "print itself may be right",
     "differs": "it does not agree, for the reason given",
     "failed": "the computation ended with an error",
 }
@@ -86,8 +89,10 @@ def _results(reproduction: Reproduction, figures: dict[str, tuple[Path, ...]], o
 
 def summary(reproduction: Reproduction) -> str:
     """Return one sentence: the number of items by verdict, and those not as on record."""
+    doubtful = sum(item.copy_in_doubt for item in reproduction.items)
+    notes = {Verdict.MISPRINT.value: f" ({doubtful} possibly of the copy)" if doubtful else ""}
     counts = ", ".join(
-        f"{n} {name}"
+        f"{n} {name}{notes.get(name, '')}"
         for name, n in reproduction.counts.items()
         if n or name != Verdict.FAILED.value
     )
@@ -117,8 +122,12 @@ def display_width(text: str) -> int:
     return sum(1 for c in text if not unicodedata.combining(c))
 
 
+def _verdict_text(item: Item) -> str:
+    return item.verdict.value + (f" {_COPY}" if item.copy_in_doubt else "")
+
+
 def _marked(item: Item) -> str:
-    return item.verdict.value + ("" if item.as_expected else " !")
+    return _verdict_text(item) + ("" if item.as_expected else " !")
 
 
 def _line(cells: list[str]) -> str:
@@ -160,7 +169,7 @@ def _section(item: Item, label: str) -> list[str]:
     lines = [
         f"- paper: {markdown_text(item.paper)}",
         f"- computed: {markdown_text(item.computed)}",
-        f"- verdict: **{item.verdict.value}**"
+        f"- verdict: **{_verdict_text(item)}**"
         + ("" if item.as_expected else f", on record {item.expected.value}"),
     ]
     if item.reason:
@@ -265,7 +274,7 @@ def _verdict_html(item: Item) -> str:
     name = item.verdict.value
     odd = "" if item.as_expected else f" (on record {item.expected.value})"
     css = "misprint-verdict" if name == "misprint" else name
-    return f'<span class="verdict {css}">{name}{odd}</span>'
+    return f'<span class="verdict {css}">{_verdict_text(item)}{odd}</span>'
 
 
 def _item_html(item: Item, label: str, svg: str | None) -> str:

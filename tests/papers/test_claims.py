@@ -44,12 +44,13 @@ def test_every_formula_of_the_claims_is_an_expression_in_known_letters():
     names = derived_forms(Workbench()).names
     names |= {n: sp.Symbol(n, real=True) for n in ("E_n1", "E_n2")}
     for name, formula in CLAIMS.formulas.items():
-        assert formula.expression or formula.misprint, name
+        assert formula.expression or formula.fault, name
+        assert not (formula.misprint and formula.differs), name
         if formula.expression:
             assert CLAIMS.expression(name, names).free_symbols <= set().union(
                 *(sp.sympify(n).free_symbols for n in names.values())
             )
-        assert bool(formula.misprint) == bool(formula.corrected) == bool(formula.holds)
+        assert bool(formula.fault) == bool(formula.corrected) == bool(formula.holds)
 
 
 @pytest.mark.parametrize(

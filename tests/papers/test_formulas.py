@@ -76,6 +76,13 @@ def test_formula_with_a_changed_sign_or_factor_is_not_reproduced(derived, name):
     assert compare(changed, name, derived).verdict is Verdict.DIFFERS
 
 
+def test_stiffness_is_right_for_the_exponent_it_is_printed_for(derived):
+    """K_e of Hertz's n = 3/2 is used with n = 1.764: the print is not at fault."""
+    assert compare(CLAIMS, "eq-4-stiffness", derived).verdict is Verdict.DIFFERS
+    hertz = DERIVE["eq-4-stiffness"](derived).subs(derived["n"], sp.Rational(3, 2))
+    assert sp.simplify(hertz - derived.printed("eq-4-stiffness")) == 0
+
+
 def test_misprint_needs_a_correction_that_holds(derived):
     assert compare(CLAIMS, "eq-18-impulse", derived).verdict is Verdict.MISPRINT
     text = CLAIMS.formulas["eq-18-impulse"].corrected

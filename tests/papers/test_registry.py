@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from painleve_sym.papers.registry import chosen_papers, known_papers, reproduce,
 from painleve_sym.present.report import markdown, terminal_table, write_report
 from painleve_sym.references import reference
 
+ROOT = Path(__file__).parents[2]
 ITEMS = [name for _, name in selected()]
 
 
@@ -47,7 +49,6 @@ def test_misprints_and_differences_are_the_known_ones(everything):
     by = {v: {i.id for i in everything.items if i.verdict is v} for v in Verdict}
     assert by[Verdict.MISPRINT] == {
         "eq-4-radius",
-        "eq-4-stiffness",
         "eq-14-spin",
         "eq-18-impulse",
         "table-2",
@@ -55,7 +56,10 @@ def test_misprints_and_differences_are_the_known_ones(everything):
         "radius",
         "gravity-unit",
     }
+    in_doubt = {i.id for i in everything.items if i.copy_in_doubt}
+    assert in_doubt == {"eq-14-spin", "eq-18-impulse", "table-2", "table-3"}
     assert by[Verdict.DIFFERS] == {
+        "eq-4-stiffness",
         "stable-force",
         "sticking-compression",
         "rotation",
@@ -63,6 +67,21 @@ def test_misprints_and_differences_are_the_known_ones(everything):
         "jump-precision",
         "critical-force",
     }
+
+
+def test_page_has_the_counts_and_energies_of_the_reproduction(everything):
+    page = " ".join((ROOT / "docs" / "reproduction.md").read_text("utf-8").split())
+    n, doubtful = everything.counts, sum(i.copy_in_doubt for i in everything.items)
+    assert f"Of {len(ITEMS)} items {n['reproduced']} are reproduced" in page
+    assert f"{n['misprint']} are misprints ({doubtful} possibly of the copy)" in page
+    assert f"and {n['differs']} are claims that" in page
+    assert page.count(", or fault of the copy |") == doubtful
+    # Work of compression and its recoverable part e², of Table 3's first period.
+    (item,) = (i for i in everything.items if i.id == "energy-portions")
+    energy = {row[0]: row[3] for row in item.data["table"]["rows"]}
+    assert energy["recoverable"] == pytest.approx(0.75**2 * energy["compression"], rel=1e-9)
+    words = "{rotation:.3f} J to rotation and {compression:.4f} J to compression, of which "
+    assert words.format(**energy) + f"{energy['recoverable']:.4f} J, the part e²" in page
 
 
 def test_items_cover_every_table_and_figure():
@@ -100,6 +119,7 @@ def test_results_are_plain_data_without_nan(everything):
         "as_expected",
         "reason",
         "seconds",
+        "copy_in_doubt",
         "has_figure",
         "data",
         "paper_name",

@@ -272,7 +272,7 @@ def compare(claims: Claims, name: str, d: Derived) -> Outcome:
             if claim.expression:
                 marked, parts = with_marks(printed, corrected)
                 data["printed_mathml"] = mathml(marked, marked=parts)
-            return Outcome(claim.holds, Verdict.MISPRINT, data=data)
+            return Outcome(claim.holds, claim.expected, data=data)
     data["derived_latex"] = sp.latex(derived, symbol_names=names)
     return Outcome(f"derived: {derived}", Verdict.DIFFERS, data=data)
 

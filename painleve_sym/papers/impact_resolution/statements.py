@@ -111,7 +111,7 @@ def compute_sticking_compression(bench: Workbench) -> Outcome:
 
 
 def _energies(bench: Workbench, run: Trajectory, t: float) -> dict[str, float]:
-    """Return the parts of the rod's energy at a time; J."""
+    """Return the parts of the rod's energy at a time, and the work of compression; J."""
     system = bench.rod.system
     kinetic, (along, up) = system.kinetic_energy, system.q_dot[:2]
     # Momenta of the centre: its energies are p²/(2m), and rotation has the rest.
@@ -120,7 +120,8 @@ def _energies(bench: Workbench, run: Trajectory, t: float) -> dict[str, float]:
     parts = {"sliding": sliding, "vertical": vertical, "rotation": kinetic - sliding - vertical}
     state = run.state(t)
     energies = {name: bench.evaluated(part, run, state) for name, part in parts.items()}
-    return energies | {"compression": float(run.values("stored_energy", t)[0])}
+    stored = float(run.values("stored_energy", t)[0])
+    return energies | {"compression": stored + state["contact_dissipation"], "recoverable": stored}
 
 
 def compute_portions(bench: Workbench) -> Outcome:
@@ -137,10 +138,11 @@ def compute_portions(bench: Workbench) -> Outcome:
     rows = [[k, before[k], after[k], after[k] - before[k]] for k in before]
     return checked(
         f"rotation +{after['rotation'] - before['rotation']:.3f} J, compression "
-        f"+{after['compression'] - before['compression']:.2g} J, ẏ_A = {stop.state['y_A_dot']:.4f}",
+        f"+{after['compression'] - before['compression']:.4f} J, ẏ_A = {stop.state['y_A_dot']:.4f}",
         checks,
         {"table": table(["energy", "at t0 (J)", "at t1 (J)", "change (J)"], rows)},
         friction=stop.state["friction_dissipation"],
+        recoverable=after["recoverable"],
     )
 
 
