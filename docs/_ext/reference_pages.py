@@ -276,7 +276,7 @@ NAMED = {
     **dict.fromkeys(("parameters",), "PARAMETER"),
     **dict.fromkeys(("formulas",), "FORMULA"),
     **dict.fromkeys(("contacts",), "CONTACT"),
-    **dict.fromkeys(("gradient", "joints", "noise"), "NAME"),
+    **dict.fromkeys(("gradient", "joints", "noise", "others", "armature"), "NAME"),
     **dict.fromkeys(("cases", "counts"), "CASE"),
 }
 """Keys whose value maps names of the mechanism to values, and what stands for such a name."""

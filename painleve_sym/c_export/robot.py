@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import casadi as ca
@@ -45,7 +46,8 @@ def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
     tree = contact.dynamics.tree
     name = c_name(f"{tree.name}_{contact.dynamics.contacts[0].frame}".lower())
     joints = tuple(contact.joints)
-    function = _mobility(contact, joints)
+    own = [contact.dynamics.coordinates[name] for name in joints]
+    function = _mobility(contact, own)
     normal = contact.axes[0]
     if tree.floating:
         normal = rotation_rpy(*(contact.values[n] for n in BASE[3:])).T @ normal
@@ -62,7 +64,7 @@ def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
         "integers": 1 + function.sz_iw(),
         "arguments": 1 + function.sz_arg(),
         "results": 1 + function.sz_res(),
-        "joints": ", ".join(repr(float(contact.values[n])) for n in joints),
+        "joints": ", ".join(repr(float(contact.values[n])) for n in own),
         "normal": ", ".join(map(repr, np.asarray(normal).tolist())),
     }
     files = {f"{name}.h": "robot.h", f"{name}.c": "robot.c", "main.c": "robot_main.c"}
@@ -73,9 +75,9 @@ def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
     return tuple(files)
 
 
-def _mobility(contact: RobotContact, joints: tuple[str, ...]) -> ca.Function:
+def _mobility(contact: RobotContact, coordinates: Sequence[str]) -> ca.Function:
     """Return W row by row as a function of joint values, normal and tangent in the base's axes."""
-    given = (*joints, *NORMAL, *TANGENT)
+    given = (*coordinates, *NORMAL, *TANGENT)
     x = ca.SX.sym("x", len(given))
     at = dict(zip(given, ca.vertsplit(x), strict=True))
     fixed = {**contact.values, **dict.fromkeys(BASE, 0.0)}

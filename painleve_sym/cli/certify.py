@@ -51,7 +51,7 @@ def claim_of(contact: str, values: Mapping[str, float]) -> str:
 def answer(
     arguments: argparse.Namespace,
     title: str,
-    data: dict[str, str],
+    data: dict[str, Any],
     over: dict[str, Side],
     derive: Callable[[Mapping[str, Side]], PositiveFunction],
     notices: Sequence[str] = (),

@@ -610,6 +610,17 @@ command(
     ),
     several("--torques", "NAME=VALUE,...", "of joints, N m or N, others 0"),
     text("--trajectory", "FILE", "CSV of a motion: t, joints, NAME_dot, torque_NAME"),
+    text(
+        "--touching",
+        "RULE",
+        "when the contact of the log touches: stance, foot_force>5, or height<0.001, in m",
+    ),
+    text(
+        "--rest",
+        "SPEED",
+        "of the contact in the log that counts as rest, by default 0.02 m/s",
+        in_unit(read_number, "m/s"),
+    ),
     text("--poses", "N", "random poses, by default 2000", read_count),
     text("--report", "FILE", "write a page about it, .html"),
     text("--export", "DIR", "write the function joint values to W, mu_P and sector as C"),
@@ -637,9 +648,7 @@ command(
     "certify",
     "prove that a contact has no paradox on a box of states",
     MODEL,
-    several(
-        "--over", "NAME=FROM:TO,...", "the box, such as theta=0.2:1.4,mu=1:1.3", required=True
-    ),
+    several("--over", "NAME=FROM:TO,...", "the box, such as theta=0.2:1.4,mu=1:1.3", required=True),
     several("--state", "NAME=VALUE,...", "states that are held; by default the model's start"),
     SET,
     CONTACT,

@@ -24,20 +24,24 @@ from painleve_sym.cli.output import draw, number, print_json, show, show_notices
 from painleve_sym.cli.robot_options import file_options, place_options
 from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.errors import InputError
+from painleve_sym.quantities import counted
 from painleve_sym.robots.contact_mechanism import CAVEATS
 from painleve_sym.robots.contact_risk import LeastRisk
+from painleve_sym.robots.motion_log import TouchingRule, read_motion
 from painleve_sym.robots.report import RiskReport, risk_report
 from painleve_sym.robots.robot import Robot
 from painleve_sym.robots.robot import robot as read
 from painleve_sym.robots.robot_contact import RobotContact
-from painleve_sym.robots.trajectory import RiskTrajectory, read_motion, risk_along
+from painleve_sym.robots.trajectory import REST_SPEED, RiskTrajectory, risk_along
 
 if TYPE_CHECKING:
     from painleve_sym.certify.checker import Side
     from painleve_sym.contacts.positive import PositiveFunction
 
 SHOWN_GRADIENT = 8
-_NOT_PROVED = ("velocities", "torques", "trajectory", "poses", "report", "export")
+_NOT_PROVED = (
+    *("velocities", "torques", "trajectory", "touching", "rest", "poses", "report", "export"),
+)
 """Options of the report that a proof does not have."""
 
 
@@ -55,8 +59,15 @@ def robot(arguments: argparse.Namespace) -> int:
     contact = one.contact(arguments.contact, **place)
     motion = None
     if arguments.trajectory is not None:
-        motion = risk_along(contact, read_motion(arguments.trajectory, contact), arguments.mu)
-    report = risk_report(contact, one.tree, arguments.mu, arguments.poses)
+        text = arguments.touching
+        rule = None if text is None else TouchingRule.of(text, "--touching")
+        log = read_motion(arguments.trajectory, contact, rule)
+        rest = REST_SPEED if arguments.rest is None else arguments.rest
+        motion = risk_along(contact, log, arguments.mu, rest)
+    else:
+        for option in given_options(arguments, "touching", "rest"):
+            raise InputError(f"--{option}: belongs to --trajectory. Fix: name the file of a log.")
+    report = risk_report(contact, arguments.mu, arguments.poses)
     solved = _answer(arguments, contact)
     if picture is not None and motion is not None:
         draw("risk_trajectory_figure", picture, look, motion)
@@ -65,7 +76,7 @@ def robot(arguments: argparse.Namespace) -> int:
     if page is not None:
         from painleve_sym.present.risk_page import risk_page
 
-        risk_page(report).write(page)
+        risk_page(report, motion).write(page)
     if code is not None:
         from painleve_sym.c_export.robot import export_risk
 
@@ -79,6 +90,7 @@ def robot(arguments: argparse.Namespace) -> int:
         print_json(data | {"notices": list(report.notices)})
         return 0
     show(report.title)
+    show_table(("", ""), report.subject.rows, left=(0, 1))
     if not (arguments.joints or arguments.pose):
         poses = ", ".join(one.tree.poses)
         more = f"; --pose takes {poses}" if poses else ""
@@ -122,8 +134,12 @@ def _certify(arguments: argparse.Namespace) -> int:
     over = read_ranges("--over", arguments.over, lambda: units, BOX)
     if twice := set(over) & set(place.get("joints", ())):
         raise InputError(f"--over: got {min(twice)} in --joints as well. Fix: give it once.")
-    data = {"robot": one.tree.name, "contact": contact.dynamics.contacts[0].frame}
-    notices = (*one.tree.notices, " ".join(CAVEATS))
+    data = {
+        "robot": one.tree.name,
+        "contact": contact.dynamics.contacts[0].frame,
+        "subject": contact.subject.to_dict(),
+    }
+    notices = (contact.subject.sentence, *contact.dynamics.notices, " ".join(CAVEATS))
 
     def derive(over: Mapping[str, Side]) -> PositiveFunction:
         return contact.positive_function(over, arguments.mu)
@@ -137,9 +153,9 @@ def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnsw
         return None
     if arguments.mu is None:
         raise InputError("--velocities, --torques: need --mu, the friction coefficient.")
-    outline = contact.dynamics.outline
-    units = {c.name: f"{c.unit}/s" for c in outline.coordinates}
-    efforts = {p.name.removeprefix("torque_"): p.unit for p in outline.parameters}
+    units = {name: f"{joint.unit}/s" for name, joint in contact.joints.items()}
+    units |= {c.name: f"{c.unit}/s" for c in contact.dynamics.outline.coordinates}
+    efforts = {n: "N m" if joint.unit == "rad" else "N" for n, joint in contact.joints.items()}
     velocities = read_quantities("--velocities", arguments.velocities, lambda: units)
     torques = read_quantities("--torques", arguments.torques, lambda: efforts)
     return contact.classify(arguments.mu, velocities, torques).answer
@@ -160,23 +176,30 @@ def _show_answer(answer: ContactAnswer) -> None:
 
 def _show_motion(motion: RiskTrajectory) -> None:
     show()
-    least = int(np.nanargmin(motion.mu_P))
     show(
-        f"along the trajectory of {len(motion.t)} samples: least mu_P "
-        f"{number(float(motion.mu_P[least]), 6)} at t = {number(float(motion.t[least]))} s"
+        f"along the trajectory of {counted(len(motion.t), 'sample')}: the contact touches "
+        f"{100 * motion.share_closed:.3g} % of the time"
     )
+    if (least := motion.least) is not None:
+        show(
+            f"least mu_P while it touches: {number(float(motion.mu_P[least]), 6)} at t = "
+            f"{number(float(motion.t[least]))} s"
+        )
     if motion.share_at_risk is not None:
         show(f"share of time at risk: {100 * motion.share_at_risk:.3g} %")
     if motion.case:
         shares = (f"{case} {100 * share:.3g} %" for case, share in motion.case_shares.items())
         show(f"cases: {', '.join(shares)} of the time")
+    show_notices(motion.notices)
 
 
 def _show(report: RiskReport) -> None:
     risk = report.risk
     show()
     show("mobility W with the rows n, t1, t2, 1/kg")
-    show_table(("",) * 3, [[number(v, 9) for v in row] for row in risk.W.tolist()], left=())
+    size = float(np.trace(risk.W))
+    rows = [[number(v, 9, size) for v in row] for row in risk.W.tolist()]
+    show_table(("",) * 3, rows, left=())
     show()
     bounded = math.isfinite(risk.mu_P)
     if bounded:
@@ -186,7 +209,7 @@ def _show(report: RiskReport) -> None:
         show("above it there are directions of slip with A < 0")
         show(
             f"worst direction of slip: {math.degrees(risk.direction):.4g} deg from t1, "
-            f"{', '.join(number(v, 4) for v in risk.worst_direction)} in the world"
+            f"{', '.join(number(v, 4, 1.0) for v in risk.worst_direction)} in the world"
         )
     else:
         show("w = 0, mu_P = inf: a sliding contact has one answer here, whatever its friction")
@@ -215,14 +238,16 @@ def _show_gradient(report: RiskReport) -> None:
     risk = report.risk
     largest = sorted(risk.gradient.items(), key=lambda pair: -abs(pair[1]))[:SHOWN_GRADIENT]
     units = report.units
-    rows = [(name, number(slope), f"1/{units[name]}") for name, slope in largest]
+    size = max((abs(slope) for slope in risk.gradient.values()), default=0.0)
+    rows = [(name, number(slope, 6, size), f"1/{units[name]}") for name, slope in largest]
     show_table(("derivative of mu_P by", "value", "unit"), rows, left=(0, 2))
 
 
 def _show_poses(report: RiskReport, least: LeastRisk) -> None:
     """Print what a search over poses and random ones gave."""
     show()
-    show(f"least mu_P that a search over joint limits reached: {number(least.mu_P, 6)}")
+    singular = "" if least.mu_P else ", beside a pose that cannot move along the normal"
+    show(f"least mu_P that a search over joint limits reached: {number(least.mu_P, 6)}{singular}")
     if math.isfinite(least.mu_P):
         show(f"  at {', '.join(f'{name} = {number(v, 4)}' for name, v in least.joints.items())}")
     # Values of poses themselves: there is nothing between a number and infinity.

@@ -6,14 +6,17 @@ import math
 
 import numpy as np
 
+from painleve_sym.arrays import Array
 from painleve_sym.present.page import Page, Part, figure, paragraph, table
 from painleve_sym.present.risk_figure import risk_figure
-from painleve_sym.present.style import svg_text
+from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
+from painleve_sym.present.style import ROUNDING, svg_text
 from painleve_sym.robots.report import RiskReport
+from painleve_sym.robots.trajectory import RiskTrajectory
 
 
-def risk_page(report: RiskReport) -> Page:
-    """Return the page of the risk of a contact at its pose, and over its poses."""
+def risk_page(report: RiskReport, motion: RiskTrajectory | None = None) -> Page:
+    """Return the page of the risk of a contact at its pose, over its poses, and along a motion."""
     risk = report.risk
     bounded = math.isfinite(risk.mu_P)
     lead = paragraph(
@@ -33,26 +36,34 @@ def risk_page(report: RiskReport) -> Page:
         )
     lead += "".join(paragraph(notice) for notice in report.notices)
     rows: list[tuple[str, object]] = [
-        ("μ_P at this pose", risk.mu_P),
-        ("worst direction of slip, from t1 towards t2, rad", risk.direction),
-        (
-            "worst direction of slip in the world",
-            ", ".join(f"{v:.6g}" for v in risk.worst_direction),
-        ),
-        ("least μ_P of all surface normals", risk.least_over_normals),
+        ("μ_P at this pose", _shown(risk.mu_P)),
+        ("least μ_P of all surface normals", _shown(risk.least_over_normals)),
     ]
+    if bounded:
+        world = ", ".join(f"{v:.6g}" for v in _cleaned(risk.worst_direction, 1.0))
+        rows[1:1] = [
+            ("worst direction of slip, from t1 towards t2, rad", risk.direction),
+            ("worst direction of slip in the world", world),
+        ]
+    if risk.mu is not None:
+        rows.insert(0, ("friction coefficient μ", risk.mu))
     if risk.impact is not None:
         rebound, _, _ = risk.impact.velocity
-        rows.append(("P_n that stops slip at 1 m/s there, N s", risk.impact.normal_impulse))
+        rows.append(("P_n of the impact of slip at 1 m/s there, N s", risk.impact.normal_impulse))
         rows.append(("v_n after it, energetic with e = 0.75, m/s", rebound))
     if report.least is not None:
-        rows.append(("least μ_P that a search over joint limits reached", report.least.mu_P))
+        least = _shown(report.least.mu_P)
+        rows.append(("least μ_P that a search over joint limits reached", least))
     if report.share_at_risk is not None:
         rows.append(("share of random poses with μ_P < μ", report.share_at_risk))
     axes = ("n", "t1", "t2")
-    mobility = [(axis, *row) for axis, row in zip(axes, risk.W.tolist(), strict=True)]
-    slopes = [(n, g, f"1/{report.units[n]}") for n, g in risk.gradient.items()]
+    W = _cleaned(risk.W, float(np.trace(risk.W))).tolist()
+    mobility = [(axis, *row) for axis, row in zip(axes, W, strict=True)]
+    gradient = np.array(list(risk.gradient.values()))
+    sizes = _cleaned(gradient, float(np.abs(gradient).max(initial=0.0))).tolist()
+    slopes = [(n, g, f"1/{report.units[n]}") for n, g in zip(risk.gradient, sizes, strict=True)]
     parts = [
+        Part("Robot, contact and pose", table(("part", "value"), report.subject.rows, "subject")),
         Part("Thresholds of friction", table(("quantity", "value"), rows, "thresholds")),
         Part("Mobility W, 1/kg", table(("row", *axes), mobility, "mobility")),
     ]
@@ -66,4 +77,36 @@ def risk_page(report: RiskReport) -> Page:
     if report.least is not None:
         pose = list(report.least.joints.items())
         parts.append(Part("Pose with the least μ_P", table(("joint", "value"), pose, "worst pose")))
+    if motion is not None:
+        parts.append(Part("Along the motion", _along(motion)))
     return Page(report.title, lead, parts)
+
+
+def _cleaned(values: Array, size: float) -> Array:
+    """Return numbers with 0 in place of the rounding of a size."""
+    return np.where(np.abs(values) <= ROUNDING * size, 0.0, values)
+
+
+def _shown(threshold: float) -> object:
+    """Return a threshold as a cell, in words where no friction reaches it."""
+    return threshold if math.isfinite(threshold) else "infinite: no friction is enough"
+
+
+def _along(motion: RiskTrajectory) -> str:
+    """Return the numbers of a motion, its cases, its notices and its figure."""
+    rows: list[tuple[str, object]] = [
+        ("samples", len(motion.t)),
+        ("share of the time in which the contact touches", motion.share_closed),
+    ]
+    if (least := motion.least) is not None:
+        rows.append(("least μ_P while it touches", _shown(float(motion.mu_P[least]))))
+        rows.append(("its time, s", float(motion.t[least])))
+    if motion.share_at_risk is not None:
+        rows.append(("share of the time at risk", motion.share_at_risk))
+    rows += [(f"share of the time: {case}", share) for case, share in motion.case_shares.items()]
+    html = table(("quantity", "value"), rows, "motion")
+    html += "".join(paragraph(notice) for notice in motion.notices)
+    if np.isfinite(motion.mu_P).any():
+        drawing = svg_text(risk_trajectory_figure(motion), "motion", "μ_P along the motion")
+        html += figure(drawing, "μ_P along the motion; the time at risk is shaded.")
+    return html

@@ -17,8 +17,8 @@ _HEIGHT = 2.3
 def risk_trajectory_figure(motion: RiskTrajectory, width: float | None = None) -> Figure:
     """Return μ_P over time, with the friction coefficient; the width is in inches.
 
-    The time at risk, with μ_P below the friction coefficient, is shaded. InputError where μ_P is
-    finite nowhere.
+    The line is thin where the contact is open. The time at risk, in which the contact touches with
+    μ_P below the friction coefficient, is shaded. InputError where μ_P is finite nowhere.
     """
     bounded = motion.mu_P[np.isfinite(motion.mu_P)]
     if not len(bounded):
@@ -26,13 +26,16 @@ def risk_trajectory_figure(motion: RiskTrajectory, width: float | None = None) -
     wide = COLUMN if width is None else width
     figure = Figure(figsize=(wide, _HEIGHT * wide / COLUMN), layout="constrained")
     axes = figure.add_subplot()
-    axes.plot(motion.t, motion.mu_P, color=PALETTE[0], label=r"$\mu_P$")
+    touching = np.where(motion.closed, motion.mu_P, np.nan)
+    axes.plot(motion.t, touching, color=PALETTE[0], label=r"$\mu_P$")
+    if not motion.closed.all():
+        (thin,) = axes.plot(motion.t, motion.mu_P, label="no contact", zorder=1)
+        thin.set(color=PALETTE[0], linewidth=0.5, alpha=0.6)
     top = float(np.quantile(bounded, 0.95)) * 1.1
     if motion.mu is not None:
         axes.axhline(motion.mu, color=REFERENCE, label=r"$\mu$")
-        at_risk = motion.mu_P < motion.mu
         low = np.minimum(motion.mu_P, motion.mu)
-        shade = axes.fill_between(motion.t, low, motion.mu, where=at_risk, label="at risk")
+        shade = axes.fill_between(motion.t, low, motion.mu, where=motion.at_risk, label="at risk")
         shade.set(color=PALETTE[2], alpha=0.25, linewidth=0)
         top = max(top, 1.1 * motion.mu)
     axes.set_ylim(0, top)

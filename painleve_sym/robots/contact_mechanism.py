@@ -114,15 +114,18 @@ class RobotMechanism(NumericalMechanism):
     Attributes
     ----------
     robot : RobotDynamics
+    subject : str
+        A sentence on file, base, contact, surface and locked joints.
     """
 
     numbers: FirstContact = field(kw_only=True)
     robot: RobotDynamics = field(kw_only=True)
+    subject: str = field(kw_only=True)
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Sentences on what the file leaves out, and on what every result depends on."""
-        return (*self.robot.tree.notices, " ".join(CAVEATS))
+        """Sentences on what results are of, what the file leaves out, and what all depends on."""
+        return (self.subject, *self.robot.notices, " ".join(CAVEATS))
 
     def require_planar(self) -> None:
         """Raise InputError: the contact of a robot is in space, and has no formulas."""
@@ -149,8 +152,9 @@ class RobotMechanism(NumericalMechanism):
         place = super().at(given, parameters, declared=declared, where=where)
         at, faults, units = place.state, list[str](), self.state_units
         for name, joint in self.robot.tree.joints.items():
-            faults += filter(None, [joint.fault(at[name])])
-            if name in self.robot.locked and at[rate := f"{name}_dot"]:
+            own = self.robot.coordinates[name]
+            faults += filter(None, [joint.fault(at[own])])
+            if name in self.robot.locked and at[rate := f"{own}_dot"]:
                 faults.append(
                     f"{rate}: got {at[rate]:g} {units[rate]}, need 0: joint {name} is locked."
                 )
@@ -186,7 +190,7 @@ def refuse(name: str) -> NoReturn:
 
 
 def contact_mechanism(
-    robot: RobotDynamics, values: Mapping[str, float], stuck: bool
+    robot: RobotDynamics, values: Mapping[str, float], stuck: bool, subject: str
 ) -> RobotMechanism:
     """Return the first contact of a robot as a mechanism.
 
@@ -197,13 +201,16 @@ def contact_mechanism(
         Every argument of its functions, of which the pose and the axes are kept.
     stuck : bool
         Whether the other contacts do not accelerate.
+    subject : str
+        That of the mechanism.
     """
     name, first = robot.tree.name, robot.outline.contacts[0]
     text = f"velocity of {first.name} along t"
     contact = ContactOutline(
         first.name, False, "mu", "0", f"{text}1", "", "", False, slip_across=f"{text}2"
     )
-    torques = {f"torque_{joint}" for joint in robot.tree.joints if joint not in robot.locked}
+    joints = robot.coordinates.items()
+    torques = {f"torque_{own}" for joint, own in joints if joint not in robot.locked}
     friction = Parameter("mu", math.nan, "1", "friction coefficient", lower=0.0)
     parameters = (friction, *(p for p in robot.outline.parameters if p.name in torques))
     outline = MechanismOutline(robot.outline.coordinates, parameters, (contact,), (), False)
@@ -221,4 +228,5 @@ def contact_mechanism(
         definition=f"{robot.definition} {stuck}",
         numbers=numbers,
         robot=robot,
+        subject=subject,
     )

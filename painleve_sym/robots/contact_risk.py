@@ -26,12 +26,13 @@ class ContactRisk(Compared):
         Friction coefficient.
     mu_P : float
         A < 0 for some direction of slip exactly where the friction coefficient exceeds this.
+        Infinite beyond 1e9, where |w| is the rounding of 0.
     direction : float
-        Angle of the worst direction of slip from t1 towards t2; rad.
+        Angle of the worst direction of slip from t1 towards t2; rad; nan where `mu_P` is infinite.
     half_angle : float or None
         Of the sector of directions with A < 0 about it, for `mu`; rad.
     worst_direction : ndarray, shape (3,)
-        Unit vector of the worst slip, in the axes of the world.
+        Unit vector of the worst slip, in the axes of the world; nan where `mu_P` is infinite.
     least_over_normals : float
         The least `mu_P` of all surface normals.
     gradient : dict of str to float
@@ -67,8 +68,8 @@ class ContactRisk(Compared):
         return {
             "W": self.W.tolist(),
             "mu_P": finite(self.mu_P),
-            "sector": {"direction": self.direction, "half_angle": self.half_angle},
-            "worst_direction": self.worst_direction.tolist(),
+            "sector": {"direction": finite(self.direction), "half_angle": self.half_angle},
+            "worst_direction": [finite(v) for v in self.worst_direction.tolist()],
             "least_over_normals": finite(self.least_over_normals),
             "gradient": {n: finite(g) for n, g in self.gradient.items()},
             "impact": None if self.impact is None else plain_fields(self.impact, *_IMPACT),
@@ -82,7 +83,8 @@ class LeastRisk(Compared):
     Attributes
     ----------
     mu_P : float
-        Infinite where no friction is enough in any pose that was looked at.
+        Infinite where no friction is enough in any pose that was looked at; 0 where the search ends
+        beside a pose in which the contact cannot move along its normal.
     joints : dict of str to float
         rad or m.
     """

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -14,7 +15,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.cache import code_mark
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
-from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
 from painleve_sym.robots.rigid_body import RigidBodies, constant
 from painleve_sym.robots.tree import RobotTree, rpy_rows
@@ -23,6 +24,43 @@ BASE = ("base_x", "base_y", "base_z", "base_roll", "base_pitch", "base_yaw")
 """Coordinates of a floating base: place, and angles about the fixed axes x, y, z in turn."""
 NORMAL = ("normal_x", "normal_y", "normal_z")
 TANGENT = ("tangent_x", "tangent_y", "tangent_z")
+_OWN = frozenset({TIME_NAME, "mu", *NORMAL, *TANGENT, *BASE, *(f"{name}_dot" for name in BASE)})
+"""Names that no joint of a file takes."""
+MAX_LISTED = 5
+"""Names that a notice lists."""
+
+
+def coordinate_names(joints: Iterable[str]) -> dict[str, str]:
+    """Return the name of the coordinate of each joint, which no other quantity has.
+
+    Its velocity is this name with ``_dot``, its torque this name after ``torque_``. The name is
+    that of the joint, or has ``joint_`` before it where another quantity has one of these three.
+
+    Examples
+    --------
+    >>> from painleve_sym.robots.dynamics import coordinate_names
+    >>> coordinate_names(["knee", "knee_dot", "mu"])
+    {'knee': 'knee', 'knee_dot': 'joint_knee_dot', 'mu': 'joint_mu'}
+    """
+    names = list(joints)
+    derived = Counter(text for name in names for text in _derived(name))
+    taken = {*_OWN, *names, *derived}
+    given = {}
+    for name in names:
+        shared = derived[name] or any(derived[text] > 1 for text in _derived(name))
+        own = name
+        if shared or not _OWN.isdisjoint((name, *_derived(name))):
+            own = f"joint_{name}"
+            while not taken.isdisjoint((own, *_derived(own))):
+                own = f"joint_{own}"
+            taken |= {own, *_derived(own)}
+        given[name] = own
+    return given
+
+
+def _derived(name: str) -> tuple[str, str]:
+    """Return the names of the velocity and the torque that belong to a coordinate."""
+    return f"{name}_dot", f"torque_{name}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,13 +137,32 @@ class RobotDynamics:
         return {name: value for name, value in vars(self).items() if name != "_formulas"}
 
     @cached_property
+    def coordinates(self) -> dict[str, str]:
+        """Names of the coordinates of the joints, by those of the joints in the file."""
+        return coordinate_names(self.tree.joints)
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """Sentences on what the file leaves out, and on joints whose coordinates differ by name."""
+        others = {name: own for name, own in self.coordinates.items() if name != own}
+        if not others:
+            return self.tree.notices
+        listed = ", ".join(f"{name!r} is {own}" for name, own in list(others.items())[:MAX_LISTED])
+        more = "" if len(others) <= MAX_LISTED else f", and {len(others) - MAX_LISTED} more"
+        return (
+            *self.tree.notices,
+            "Joints have names that other quantities have. In states, boxes and logs joint "
+            f"{listed}{more}.",
+        )
+
+    @cached_property
     def outline(self) -> MechanismOutline:
         """Names of states, parameters and contacts."""
-        joints = self.tree.joints.values()
+        joints = [(self.coordinates[j.name], j) for j in self.tree.joints.values()]
         coordinates = [
             Coordinate(n, f"{n} of the base", "m" if k < 3 else "rad") for k, n in enumerate(BASE)
         ] * self.tree.floating
-        coordinates += [Coordinate(j.name, f"value of joint {j.name}", j.unit) for j in joints]
+        coordinates += [Coordinate(n, f"value of joint {j.name}", j.unit) for n, j in joints]
         parameters = [Parameter("mu", 0.0, "1", "friction coefficient", lower=0.0)]
         for names, noun, default in ((NORMAL, "normal", 2), (TANGENT, "tangent", 0)):
             parameters += [
@@ -113,8 +170,8 @@ class RobotDynamics:
                 for k, name in enumerate(names)
             ]
         parameters += [
-            Parameter(f"torque_{j.name}", 0.0, "N m" if j.unit == "rad" else "N", "of the joint")
-            for j in joints
+            Parameter(f"torque_{n}", 0.0, "N m" if j.unit == "rad" else "N", "of the joint")
+            for n, j in joints
         ]
         contacts = tuple(
             ContactOutline(c.frame, False, "mu", "0", f"slip of {c.frame}", "", "", False)
@@ -138,10 +195,11 @@ class RobotDynamics:
         names = self.outline.argument_names
         x = ca.SX.sym("x", len(names))
         at: Mapping[str, ca.SX] = dict(zip(names, ca.vertsplit(x), strict=True))
-        bodies = RigidBodies(self.tree.merged, at, self.locked)
+        own = self.coordinates
+        bodies = RigidBodies(self.tree.merged, {j: at[n] for j, n in own.items()}, self.locked)
         vector = [ca.vertcat(*(at[n] for n in three)) for three in (NORMAL, TANGENT)]
         gravity = ca.SX(ca.DM(self.tree.gravity))
-        velocity = ca.vertcat(*(at[f"{name}_dot"] for name in bodies.dofs))
+        velocity = ca.vertcat(*(at[f"{own[name]}_dot"] for name in bodies.dofs))
         angles, rates = ca.SX(0, 1), ca.SX(0, 1)
         if self.tree.floating:
             angles = ca.vertcat(*(at[name] for name in BASE[3:]))
@@ -167,13 +225,25 @@ class RobotDynamics:
             J.append(axes @ linear)
             drift.append(axes @ acceleration)
         M, whole = bodies.mass_matrix(), ca.vertcat(*J)
-        torques = ca.vertcat(*(at[f"torque_{name}"] for name in bodies.dofs))
+        torques = ca.vertcat(*(at[f"torque_{own[name]}"] for name in bodies.dofs))
         forces = ca.vertcat(ca.SX(bodies.base_size, 1), torques) - bodies.bias(velocity, gravity)
         # The tree's branches share no entry of M, and stay apart in its factors.
         solved = ca.ldl_solve(ca.densify(ca.horzcat(whole.T, forces)), *ca.ldl(M))
         D, free = solved[:, : self.rows.size], solved[:, self.rows.size]
         b = whole @ free + ca.vertcat(*drift)
         return _Formulas(x, whole, D, free, b, velocity, bodies, M, angles, rates)
+
+    def height_function(self) -> ca.Function:
+        """Return the function of the height of the first contact along the normal, m."""
+        f, contact = self._formulas, self.contacts[0]
+        at = dict(zip(self.outline.argument_names, ca.vertsplit(f.x), strict=True))
+        _, turned, origin = f.bodies.place(contact.frame)
+        point = origin + turned @ constant(contact.point)
+        if self.tree.floating:
+            R, _ = _base(f.angles)
+            point = ca.vertcat(*(at[name] for name in BASE[:3])) + R @ point
+        normal = ca.vertcat(*(at[name] for name in NORMAL))
+        return ca.Function("height", [f.x], [ca.densify(ca.dot(normal, point) - contact.radius)])
 
     def mass_function(self) -> ca.Function:
         """Return the function of the mass matrix, row by row."""
@@ -183,7 +253,7 @@ class RobotDynamics:
     @property
     def velocities(self) -> tuple[str, ...]:
         """Names of what the velocities of the robot move: the base, six times, and joints."""
-        joints = (name for name in self.tree.joints if name not in self.locked)
+        joints = (own for name, own in self.coordinates.items() if name not in self.locked)
         return (*(BASE * self.tree.floating), *joints)
 
     def contact_function(self) -> ca.Function:
@@ -209,7 +279,8 @@ class RobotDynamics:
         to, back = ca.SX(f.bodies.size, len(names)), ca.SX(len(names), f.bodies.size)
         free = f.free
         for k, name in enumerate(f.bodies.dofs, f.bodies.base_size):
-            to[k, names.index(name)] = back[names.index(name), k] = 1.0
+            place = names.index(self.coordinates[name])
+            to[k, place] = back[place, k] = 1.0
         if self.tree.floating:
             E = _to_twist(f.angles)
             to[:6, :6], back[:6, :6] = E, ca.solve(E, ca.SX.eye(6))

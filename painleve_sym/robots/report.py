@@ -11,8 +11,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.equality import Compared
 from painleve_sym.robots.contact_mechanism import CAVEATS
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
+from painleve_sym.robots.contact_subject import ContactSubject
 from painleve_sym.robots.robot_contact import POSES, RobotContact
-from painleve_sym.robots.tree import RobotTree
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +22,8 @@ class RiskReport(Compared):
     Attributes
     ----------
     title : str
+    subject : ContactSubject
+        What all this is of.
     risk : ContactRisk
     least : LeastRisk or None
         None where no joint has a range.
@@ -35,6 +37,7 @@ class RiskReport(Compared):
     """
 
     title: str
+    subject: ContactSubject
     risk: ContactRisk
     least: LeastRisk | None
     distribution: Array
@@ -44,15 +47,17 @@ class RiskReport(Compared):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
-        return self.risk.to_dict() | {
-            "least": None if self.least is None else self.least.to_dict(),
-            "share_at_risk": self.share_at_risk,
-        }
+        return (
+            {"subject": self.subject.to_dict(), "mu": self.risk.mu}
+            | self.risk.to_dict()
+            | {
+                "least": None if self.least is None else self.least.to_dict(),
+                "share_at_risk": self.share_at_risk,
+            }
+        )
 
 
-def risk_report(
-    contact: RobotContact, tree: RobotTree, mu: float | None, count: int | None = None
-) -> RiskReport:
+def risk_report(contact: RobotContact, mu: float | None, count: int | None = None) -> RiskReport:
     """Return the risk of a contact at its pose, and over random poses."""
     risk = contact.risk(mu)
     poses = contact.random_poses(count or POSES)
@@ -65,10 +70,11 @@ def risk_report(
     units = {name: joint.unit for name, joint in contact.joints.items()}
     return RiskReport(
         contact.title,
+        contact.subject,
         risk,
         least,
         distribution,
         share,
         units,
-        (*tree.notices, " ".join(CAVEATS)),
+        (*contact.dynamics.notices, " ".join(CAVEATS)),
     )

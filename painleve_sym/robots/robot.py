@@ -32,6 +32,8 @@ class Robot:
     ----------
     tree : RobotTree
         Bodies, joints, frames and named poses.
+    file : str
+        From which it was read.
 
     Examples
     --------
@@ -46,6 +48,7 @@ class Robot:
 
     tree: RobotTree
     where: str = field(default="robot")
+    file: str = ""
 
     def __repr__(self) -> str:
         """Return the title of its tree."""
@@ -112,7 +115,7 @@ class Robot:
         axis = unit_vector(_vector(normal, f"{where}: normal"), f"{where}: normal")
         size = number(radius, "radius", where=where, lower=0.0)
         held_joints = names_of(locked, f"{where}: locked", "knee,ankle")
-        if held_joints == ("all",):
+        if held_joints == ("all",) and "all" not in tree.joints:
             held_joints = tuple(tree.joints)
         for name in held_joints:
             refuse_unknown("joint", name, tree.joints, f"{where}: locked")
@@ -126,7 +129,8 @@ class Robot:
         dynamics = RobotDynamics(tree, points, frozenset(held_joints))
         if not tree.floating and not set(tree.joints) - set(held_joints):
             raise InputError(f"{where}: nothing moves. Fix: lock fewer joints.")
-        at = dict.fromkeys(dynamics.outline.argument_names, 0.0) | values
+        at = dict.fromkeys(dynamics.outline.argument_names, 0.0)
+        at |= {dynamics.coordinates[name]: value for name, value in values.items()}
         if tree.floating:
             at |= dict(zip(BASE[3:], base.tolist(), strict=True))
         # The first tangent is the axis x as the surface sees it, where that is not its normal.
@@ -134,7 +138,8 @@ class Robot:
         along = unit_vector(along - (along @ axis) * axis, where)
         at |= dict(zip(NORMAL, axis.tolist(), strict=True))
         at |= dict(zip(TANGENT, along.tolist(), strict=True))
-        return RobotContact(dynamics, at, others == "stuck" and len(names) > 1)
+        stuck = others == "stuck" and len(names) > 1
+        return RobotContact(dynamics, at, stuck, self.file, pose)
 
     def _pose(
         self, joints: Mapping[str, Value] | None, pose: str | None
@@ -205,7 +210,7 @@ def robot(
         if not isinstance(armature, Mapping):
             armature = number(armature, "armature", where=where, lower=0.0)
         tree = tree.with_armature(armature, where)
-    return Robot(_with_poses(tree, Path(path), srdf), where)
+    return Robot(_with_poses(tree, Path(path), srdf), where, str(path))
 
 
 def _with_poses(tree: RobotTree, path: Path, srdf: str | Path | None) -> RobotTree:

@@ -38,6 +38,7 @@ from painleve_sym.errors import InputError, refuse_unknown, unknown_name
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
+from painleve_sym.robots.contact_subject import ContactSubject
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, RobotDynamics
 from painleve_sym.robots.tree import Joint
 from painleve_sym.units import Value
@@ -55,6 +56,8 @@ _SINGULAR_MASS = 1e-12
 """Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
 _SINGULAR = 1e-9
 """Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
+_LEAST = 2e-6
+"""Thresholds of friction below this are the rounding of 0, that of a singular W."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,11 +72,17 @@ class RobotContact:
         Every argument of its functions.
     stuck : bool
         Whether the other contacts do not accelerate.
+    file : str
+        From which the robot was read.
+    pose : str or None
+        Name of the pose from which the joint values come that were not given.
     """
 
     dynamics: RobotDynamics
     values: Mapping[str, float]
     stuck: bool = False
+    file: str = ""
+    pose: str | None = None
 
     def __repr__(self) -> str:
         """Return the title."""
@@ -112,6 +121,25 @@ class RobotContact:
         """Return the numbers of all contacts at arrays of all arguments."""
         return self._delassus.at_each(values)
 
+    def thresholds_of(self, numbers: ContactNumbers) -> Array:
+        """Return μ_P of the contact in question; infinite, or nan, as `thresholds` has it."""
+        return _thresholds(self.in_question(numbers)[0])
+
+    def heights(self, values: Mapping[str, Any]) -> Array:
+        """Return the height of the contact at arrays of all arguments, along the normal; m.
+
+        It is that above the plane through the origin of the world.
+        """
+        function = quantities(
+            "height",
+            self.dynamics.definition,
+            self.arguments,
+            lambda: (["height"], self.dynamics.height_function()),
+            compiles=False,
+        )
+        arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in self.arguments))
+        return np.asarray(function.rows(dict(zip(self.arguments, arrays, strict=True)))[0])
+
     def in_question(self, numbers: ContactNumbers) -> tuple[Array, Array]:
         """Return W and b of the contact in question."""
         if not self.stuck:
@@ -125,7 +153,14 @@ class RobotContact:
         Its states that are not given are those of the pose, its velocities 0.
         """
         self._check_mass()
-        return contact_mechanism(self.dynamics, self.values, self.stuck)
+        return contact_mechanism(self.dynamics, self.values, self.stuck, self.subject.sentence)
+
+    @property
+    def subject(self) -> ContactSubject:
+        """All that answers about the contact are of: file, base, contact, surface and pose."""
+        return ContactSubject(
+            self.dynamics, self.values, self.axes, self.stuck, self.file, self.pose
+        )
 
     def classify(
         self,
@@ -219,15 +254,17 @@ class RobotContact:
     ) -> list[dict[str, Value]]:
         """Return velocities and torques by the names that they have in the mechanism."""
         where, named = f"robot {self.dynamics.tree.name}", list[dict[str, Value]]()
-        coordinates = [c.name for c in self.dynamics.outline.coordinates]
+        own = self.dynamics.coordinates
+        # A joint has its name in the file, too, unless it is that of a coordinate.
+        coordinates = own | {c.name: c.name for c in self.dynamics.outline.coordinates}
         for noun, given, form, names in (
             ("velocity", velocities, "{}_dot", coordinates),
-            ("torque", torques, "torque_{}", list(self.joints)),
+            ("torque", torques, "torque_{}", {name: own[name] for name in self.joints}),
         ):
             values = by_name(given, f"{where}: {noun}", "{'knee': 0.5}")
             for name in values:
                 refuse_unknown(noun, name, names, where)
-            named.append({form.format(name): value for name, value in values.items()})
+            named.append({form.format(names[name]): value for name, value in values.items()})
         return named
 
     def mobility(self, joints: Mapping[str, Array] | None = None) -> Array:
@@ -246,7 +283,9 @@ class RobotContact:
         if not joints:
             self._check_mass()
             return self.in_question(self.numbers())[0]
-        return self.in_question(self.numbers_at({**self.values, **joints}))[0]
+        own = self.dynamics.coordinates
+        given = {own.get(name, name): values for name, values in joints.items()}
+        return self.in_question(self.numbers_at({**self.values, **given}))[0]
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -275,7 +314,8 @@ class RobotContact:
         Parameters
         ----------
         over : mapping of str to (float, float)
-            Ends of joint values within their limits, rad or m, of angles of a floating base
+            Ends of joint values within their limits, by the names of states, rad or m, of angles
+            of a floating base
             (`base_roll`, `base_pitch`, `base_yaw`), rad, and of the friction coefficient `mu`.
         mu : float, optional
             Friction coefficient, >= 0, unless it varies.
@@ -303,7 +343,8 @@ class RobotContact:
         import casadi as ca
 
         where, tree = "robot: over", self.dynamics.tree
-        limits = {j.name: (j.lower, j.upper) for j in tree.joints.values()}
+        own = self.dynamics.coordinates
+        limits = {own[j.name]: (j.lower, j.upper) for j in tree.joints.values()}
         limits |= dict.fromkeys(BASE[3:] * tree.floating, (-math.inf, math.inf))
         limits["mu"] = (0.0, math.inf)
         if (mu is None) != ("mu" in over):
@@ -351,7 +392,8 @@ class RobotContact:
             x = ca.SX.sym("x", len(arguments))
             W = self.mobility_of(x)
             ratio = (W[1, 0] ** 2 + W[2, 0] ** 2) / W[0, 0] ** 2
-            slopes = ca.gradient(ratio, x)[[arguments.index(name) for name in names]]
+            own = dynamics.coordinates
+            slopes = ca.gradient(ratio, x)[[arguments.index(own[name]) for name in names]]
             whole = ca.densify(ca.vertcat(ratio, slopes))
             return ["ratio", *names], ca.Function("ratio", [x], ca.cse([whole]))
 
@@ -380,10 +422,13 @@ class RobotContact:
                 f"in this pose: W_nn = {W[0, 0]:g} 1/kg. Fix: choose another pose or normal, or "
                 "lock fewer joints."
             )
-        mu_P, direction = float(friction_threshold(W)), slip_direction(W)
+        mu_P = float(_thresholds(W))
+        bounded = math.isfinite(mu_P)
+        direction = slip_direction(W) if bounded else math.nan
         ratio, *slopes = self._ratio.of_vector([self.values[n] for n in self._ratio.arguments])
-        factor = -0.5 * ratio**-1.5 if ratio > 0 else math.nan
+        factor = -0.5 * ratio**-1.5 if bounded and ratio > 0 else math.nan
         _, t1, t2 = self.axes
+        least = float(least_over_normals(W))
         return ContactRisk(
             W=W,
             mu=mu,
@@ -391,7 +436,7 @@ class RobotContact:
             direction=direction,
             half_angle=None if mu is None else sector_half_angle(mu_P, mu),
             worst_direction=math.cos(direction) * t1 + math.sin(direction) * t2,
-            least_over_normals=float(least_over_normals(W)),
+            least_over_normals=_bounded(least) if least > _LEAST else 0.0,
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
             impact=_worst_impact(W, mu, direction) if mu is not None and mu > mu_P else None,
         )
@@ -443,9 +488,7 @@ class RobotContact:
 
     def thresholds(self, joints: Mapping[str, Array]) -> Array:
         """Return μ_P at arrays of joint values; nan where the contact cannot move."""
-        W = self.mobility(joints)
-        moves = W[0, 0] > _SINGULAR * np.trace(W)
-        return np.where(moves, friction_threshold(W), np.nan)
+        return _thresholds(self.mobility(joints))
 
     def least(self, joints: Mapping[str, Array] | None = None) -> LeastRisk:
         """Return the least μ_P over joint values within their limits, with its pose.
@@ -467,14 +510,15 @@ class RobotContact:
         mu_P = self.thresholds(joints)
         order = np.argsort(mu_P)[:_STARTS]
         names, of = list(ranges), self._ratio
-        place = [of.arguments.index(name) for name in names]
+        own = self.dynamics.coordinates
+        place = [of.arguments.index(own[name]) for name in names]
         slopes_of = [1 + list(self.joints).index(name) for name in names]
         point = np.array([self.values[name] for name in of.arguments])
 
         def objective(q: Array) -> tuple[float, Array]:
             point[place] = q
             numbers = np.array(of.of_vector(point.tolist()))
-            if not numbers[0] > 0 or not np.isfinite(numbers).all():
+            if not numbers[0] > _SINGULAR**2 or not np.isfinite(numbers).all():
                 return _NEVER, np.zeros(len(q))
             # Of the logarithm, whose size is the same for all robots.
             return -math.log(numbers[0]), -numbers[slopes_of] / numbers[0]
@@ -489,8 +533,22 @@ class RobotContact:
         reached = sorted((descended(q, _SHORT) for q in starts), key=lambda pair: pair[0])
         best, best_q = min((descended(q, _LONG) for _, q in reached[:2]), key=lambda pair: pair[0])
         pose = {n: float(v) for n, v in zip(names, best_q, strict=True)}
-        whole = {name: pose.get(name, float(self.values[name])) for name in self.joints}
-        return LeastRisk(math.exp(best / 2) if best < _NEVER else math.inf, whole)
+        whole = {name: pose.get(name, float(self.values[own[name]])) for name in self.joints}
+        least_mu_P = math.exp(best / 2) if best < _NEVER else math.inf
+        return LeastRisk(least_mu_P if least_mu_P > _LEAST else 0.0, whole)
+
+
+def _thresholds(W: Array) -> Array:
+    """Return μ_P, infinite where w is rounding, nan where the contact cannot move along n."""
+    moves = W[0, 0] > _SINGULAR * np.trace(W)
+    with np.errstate(invalid="ignore"):
+        mu_P = friction_threshold(W)
+    return np.where(moves, np.where(mu_P < 1 / _SINGULAR, mu_P, np.inf), np.nan)
+
+
+def _bounded(threshold: float) -> float:
+    """Return a threshold of friction, infinite where it is one over rounding."""
+    return threshold if threshold < 1 / _SINGULAR else math.inf
 
 
 def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:

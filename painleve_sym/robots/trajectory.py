@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-import re
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.contacts.one_contact_answer import contact as contact_answer
-from painleve_sym.contacts.risk import friction_threshold
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError, refuse_unknown
-from painleve_sym.files import read_text
+from painleve_sym.errors import InputError
+from painleve_sym.files import finite
+from painleve_sym.robots.motion_log import Motion
 from painleve_sym.robots.robot_contact import RobotContact
 
-MAX_BYTES = 200_000_000
-TIME = "t"
-_UNIT = re.compile(r"\s*\[([^\]]*)\]\s*$")
+FLIGHT, IMPACT, UNANSWERED = "flight", "impact", "unanswered"
+"""Cases of a contact that is open or leaves, that approaches, and that cannot move so."""
+REST_SPEED = 0.02
+"""Speed of a contact that counts as rest in a log by default, m/s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,35 +35,54 @@ class RiskTrajectory(Compared):
         s.
     mu : float or None
     mu_P : ndarray, shape (n,)
+        Infinite, or nan, as `RobotContact.thresholds` has it.
     margin : ndarray, shape (n,) or None
         μ_P/μ: below 1 some direction of slip is at risk. None without a friction coefficient.
+    closed : ndarray of bool, shape (n,)
+        Whether the contact touches.
     case : tuple of str
-        Case of the contact at each sample; empty without velocities, torques or friction.
-    share_at_risk : float or None
-        Part of the time with a margin below 1.
+        At each sample ``flight`` where the contact is open or leaves, ``impact`` where it
+        approaches, ``unanswered`` where the joints cannot move it so, else the case of the rigid
+        contact problem; empty without velocities, torques or friction.
+    rest : float
+        Speed along the normal, and of slip, that counts as 0; m/s.
+    notices : tuple of str
     """
 
     t: Array
     mu: float | None
     mu_P: Array
     margin: Array | None
+    closed: NDArray[np.bool_]
     case: tuple[str, ...]
-    share_at_risk: float | None
+    rest: float
+    notices: tuple[str, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data, the samples included."""
-        least = int(np.nanargmin(self.mu_P))
-        return {
-            "samples": len(self.t),
-            "least_mu_P": float(self.mu_P[least]),
-            "time_of_least": float(self.t[least]),
-            "share_at_risk": self.share_at_risk,
-            "cases": self.case_shares,
-            "t": self.t.tolist(),
-            "mu_P": self.mu_P.tolist(),
-            "margin": None if self.margin is None else self.margin.tolist(),
-            "case": list(self.case),
-        }
+    @property
+    def at_risk(self) -> NDArray[np.bool_]:
+        """Whether the contact touches with a margin below 1, at each sample."""
+        if self.margin is None:
+            return np.zeros(len(self.t), bool)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self.closed & (self.margin < 1))
+
+    @property
+    def share_closed(self) -> float:
+        """Part of the time in which the contact touches."""
+        return float(time_weights(self.t)[self.closed].sum())
+
+    @property
+    def share_at_risk(self) -> float | None:
+        """Part of the time in which the contact touches with a margin below 1; None without μ."""
+        if self.margin is None:
+            return None
+        return float(time_weights(self.t)[self.at_risk].sum())
+
+    @property
+    def least(self) -> int | None:
+        """Sample with the least μ_P of those that touch; None where none has one."""
+        kept = np.where(self.closed, self.mu_P, np.nan)
+        return None if np.isnan(kept).all() else int(np.nanargmin(kept))
 
     @property
     def case_shares(self) -> dict[str, float]:
@@ -75,6 +91,25 @@ class RiskTrajectory(Compared):
         for case, weight in zip(self.case, time_weights(self.t).tolist(), strict=False):
             shares[case] += weight
         return dict(shares)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, the samples included; infinite numbers are None."""
+        least = self.least
+        return {
+            "samples": len(self.t),
+            "rest": self.rest,
+            "share_closed": self.share_closed,
+            "least_mu_P": None if least is None else finite(float(self.mu_P[least])),
+            "time_of_least": None if least is None else float(self.t[least]),
+            "share_at_risk": self.share_at_risk,
+            "cases": self.case_shares,
+            "t": self.t.tolist(),
+            "closed": self.closed.tolist(),
+            "mu_P": [finite(v) for v in self.mu_P.tolist()],
+            "margin": None if self.margin is None else [finite(v) for v in self.margin.tolist()],
+            "case": list(self.case),
+            "notices": list(self.notices),
+        }
 
 
 def time_weights(t: Array) -> Array:
@@ -86,84 +121,71 @@ def time_weights(t: Array) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-def read_motion(path: str | Path, contact: RobotContact) -> dict[str, Array]:
-    """Return the columns of a CSV file by name: ``t``, joint values, velocities and torques.
-
-    A velocity is called as its joint with ``_dot``, a torque as its joint after ``torque_``; the
-    base of a floating robot has ``base_roll`` and others, too. A unit in brackets must be SI.
-
-    Raises
-    ------
-    InputError
-        Not a table of finite numbers, unknown columns, no time, a time that does not grow.
-    """
-    where = f"trajectory {path}"
-    outline = contact.dynamics.outline
-    units = {TIME: "s", **outline.state_units, **{p.name: p.unit for p in outline.parameters}}
-    rows = list(csv.reader(io.StringIO(read_text(path, where, MAX_BYTES, "CSV file"))))
-    rows = [row for row in rows if row and not row[0].lstrip().startswith("#")]
-    if len(rows) < 2:
-        raise InputError(f"{where}: got {len(rows)} lines, need a header and at least one sample.")
-    names = []
-    for cell in rows[0]:
-        unit = _UNIT.search(cell)
-        name = _UNIT.sub("", cell).strip()
-        refuse_unknown("column", name, units, where)
-        if unit and unit[1].strip() != units[name]:
-            raise InputError(
-                f"{where}: column {name}: got the unit {unit[1]!r}, need {units[name]}."
-            )
-        if name in names:
-            raise InputError(f"{where}: got column {name} twice. Fix: give it once.")
-        names.append(name)
-    if TIME not in names:
-        raise InputError(f"{where}: has no column {TIME}, the time in s.")
-    table = np.full((len(rows) - 1, len(names)), math.nan)
-    for i, row in enumerate(rows[1:]):
-        try:
-            table[i] = [float(cell) for cell in row]
-        except ValueError:
-            table[i] = math.nan
-        if len(row) != len(names) or not np.isfinite(table[i]).all():
-            raise InputError(
-                f"{where}: sample {i + 1}: need {len(names)} finite numbers, got {len(row)} cells."
-            )
-    columns = dict(zip(names, table.T.copy(), strict=True))
-    if not (np.diff(columns[TIME]) > 0).all():
-        k = int(np.argmin(np.diff(columns[TIME])))
-        raise InputError(f"{where}: sample {k + 2}: the time does not grow.")
-    return columns
-
-
 def risk_along(
-    contact: RobotContact, motion: Mapping[str, Array], mu: float | None = None
+    contact: RobotContact, motion: Motion, mu: float | None = None, rest: float = REST_SPEED
 ) -> RiskTrajectory:
     """Return the risk of a contact along a motion.
+
+    Where nothing in the motion says when the contact touches, it does so while its velocity along
+    the normal is at most `rest`, and always where there are no velocities.
 
     Parameters
     ----------
     contact : RobotContact
         Whose values hold for what the motion does not give.
-    motion : mapping of str to ndarray, shape (n,)
-        ``t`` and others, as `read_motion` returns.
+    motion : Motion
+        As `read_motion` returns it.
     mu : float, optional
         Friction coefficient, >= 0.
+    rest : float
+        Speed of the contact along the normal, and of slip, that counts as 0; m/s, >= 0.
     """
     if mu is not None:
         mu = number(mu, "mu", where="trajectory", lower=0.0)
-    columns = {name: column for name, column in motion.items() if name != TIME}
-    t = np.asarray(motion[TIME])
-    values = {**contact.values, **columns}
-    values["mu"] = np.full(len(t), 0.0 if mu is None else mu)
+    rest = number(rest, "rest", where="trajectory", lower=0.0)
+    values = {**contact.values, **motion.values}
+    values["mu"] = np.full(len(motion.t), 0.0 if mu is None else mu)
     numbers = contact.numbers_at(values)
-    W, b = contact.in_question(numbers)
-    mu_P = friction_threshold(W)
-    given = any(name.endswith("_dot") or name.startswith("torque_") for name in columns)
-    case: tuple[str, ...] = ()
-    if mu and given:
-        slips = numbers.slip_velocity[0].T.tolist()
-        each = range(len(t))
-        case = tuple(contact_answer(W[..., k], b[:, k], mu, slips[k]).case.value for k in each)
+    mu_P = contact.thresholds_of(numbers)
+    v = np.concatenate([numbers.gap_rate[:1], numbers.slip_velocity[0]])
+    slow = np.abs(v[0]) <= rest
+    closed = slow if motion.closed is None else motion.closed
     margin = None if not mu else mu_P / mu
-    share = None if margin is None else float(time_weights(t)[margin < 1].sum())
-    return RiskTrajectory(t, mu, mu_P, margin, case, share)
+    case: tuple[str, ...] = ()
+    if mu and motion.moves:
+        W, b = contact.in_question(numbers)
+        opened = np.zeros(len(motion.t), bool) if motion.closed is None else ~motion.closed
+        case = tuple(
+            _open_case(bool(opened[k]), float(v[0, k]), rest)
+            or _closed_case(W[..., k], b[:, k], mu, v[1:, k], rest)
+            for k in range(len(motion.t))
+        )
+    notices = motion.notices + _unanswered(motion.t, case)
+    return RiskTrajectory(motion.t, mu, mu_P, margin, closed, case, rest, notices)
+
+
+def _open_case(opened: bool, rate: float, rest: float) -> str:
+    """Return the case of a contact that is open, leaves or approaches; empty for others."""
+    if opened or rate > rest:
+        return FLIGHT
+    return IMPACT if rate < -rest else ""
+
+
+def _closed_case(W: Array, b: Array, mu: float, slip: Array, rest: float) -> str:
+    """Return the case of a closed contact, whose slip below a speed is rest."""
+    moving = slip.tolist() if math.hypot(*slip) > rest else [0.0, 0.0]
+    try:
+        return str(contact_answer(W, b, mu, moving).case.value)
+    except InputError:
+        return UNANSWERED
+
+
+def _unanswered(t: Array, case: tuple[str, ...]) -> tuple[str, ...]:
+    """Return a notice where the contact cannot move as the log says, or not along its normal."""
+    if UNANSWERED not in case:
+        return ()
+    return (
+        f"{case.count(UNANSWERED)} samples have no contact problem, the first one at t = "
+        f"{t[case.index(UNANSWERED)]:g} s: the joints cannot move the contact along its normal, or "
+        "along its slip.",
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,17 @@ ROOT = Path(__file__).parents[2]
 DOG = str(ROOT / "examples" / "robots" / "quadruped.urdf")
 ARM = str(ROOT / "tests" / "robots" / "files" / "two_link.urdf")
 FOOT = ("robot", DOG, "--contact", "LF_foot", "--pose", "standing", "--poses", "2")
-KEYS = ["W", "mu_P", "sector", "worst_direction", "least_over_normals", "gradient", "impact"]
+KEYS = [
+    "subject",
+    "mu",
+    "W",
+    "mu_P",
+    "sector",
+    "worst_direction",
+    "least_over_normals",
+    "gradient",
+    "impact",
+]
 KEYS += ["least", "share_at_risk", "notices"]
 
 
@@ -37,6 +48,98 @@ def test_json_has_the_numbers_of_the_contact(capsys):
     impact = data["impact"]
     assert impact["restitution"] == "energetic" and impact["energy_change"] < 0
     assert impact["normal_impulse"] > 0 and impact["velocity"][0] > 0
+
+
+def test_an_answer_says_of_what_it_is(capsys, tmp_path):
+    call = (*FOOT, "--joints", "LF_KFE=-1.3", "--locked", "RH_KFE", "--normal", "0,0.6,0.8")
+    call += ("--point", "0,0,-0.01", "--radius", "2 cm", "--contact", "LF_foot,RF_foot")
+    call += ("--others", "stuck", "--armature", "LF_KFE=0.1")
+    subject = run_json(capsys, *call)["subject"]
+    assert subject["file"] == DOG and subject["robot"] == "quadruped"
+    assert subject["base"] == "floating" and "has an inertia" in subject["base_reason"]
+    assert subject["contact"] == "LF_foot" and subject["others"] == {"RF_foot": "stuck"}
+    assert subject["point"] == [0, 0, -0.01] and subject["radius"] == 0.02
+    assert subject["normal"] == [0, 0.6, 0.8]
+    assert subject["tangents"] == [[1, 0, 0], [0, 0.8, -0.6]]
+    assert subject["pose"] == "standing" and len(subject["joints"]) == 12
+    assert subject["joints"]["LF_KFE"] == -1.3 and subject["joints"]["RF_HFE"] == 0.7
+    assert subject["locked"] == ["RH_KFE"] and subject["armature"] == {"LF_KFE": 0.1}
+    assert subject["base_angles"] == [0, 0, 0] and subject["gravity"] == [0, 0, -9.81]
+    page = tmp_path / "page.html"
+    code, out, _ = run(capsys, *call, "--report", str(page))
+    assert code == 0
+    for text in (" ".join(out.split()), page.read_text()):
+        for part in (DOG, "URDF does not say", "(0, 0.6, 0.8) in the world", "LF_KFE = -1.3"):
+            assert part in text
+        assert "RF_foot stuck" in text and "RH_KFE" in text and "point (0, 0, -0.01) m" in text
+        assert "standing: LF_HAA" in text and "radius 0.02 m" in text and "LF_KFE = 0.1" in text
+    fixed = run_json(capsys, *FOOT, "--base", "fixed")["subject"]
+    assert fixed["base"] == "fixed" and "as asked" in fixed["base_reason"]
+    assert fixed["base_angles"] is None and fixed["locked"] == []
+
+
+@pytest.mark.parametrize("command", ["classify", "jump", "contrast"])
+def test_other_commands_say_of_what_they_are(capsys, command):
+    options = ("--stiffness", "1e7") if command == "contrast" else ()
+    subject = run_json(capsys, command, *PLACE, *SLIP, *options)["notices"][0]
+    assert subject.startswith(f"Robot of {DOG}. The base is taken to float")
+    assert "Contact LF_foot, point (0, 0, 0) m of its frame; normal (0, 0, 1)" in subject
+
+
+def test_rounding_is_no_number(capsys, tmp_path):
+    """A planar arm whose normal and slip are coupled by rounding alone."""
+    text = GANTRY.replace('<axis xyz="1 0 0"/>', '<axis xyz="0.6 0.8 0"/>')
+    text = text.replace('<axis xyz="0 0 1"/>', '<axis xyz="1e-17 0 1"/>')
+    path, page = tmp_path / "gantry.urdf", tmp_path / "page.html"
+    path.write_text(text)
+    call = ("robot", str(path), "--contact", "foot", "--mu", "3", "--poses", "4")
+    data = run_json(capsys, *call)
+    assert data["mu_P"] is None and data["worst_direction"] == [None] * 3
+    assert data["sector"] == {"direction": None, "half_angle": 0.0}
+    assert set(data["gradient"].values()) == {None} and data["least_over_normals"] == 0
+    code, out, _ = run(capsys, *call, "--report", str(page))
+    assert code == 0
+    for shown in (out, page.read_text()):
+        assert not re.search(r"\de[-+]\d\d", shown), shown
+        assert "infinite" in shown or "mu_P = inf" in shown
+
+
+def test_share_and_quantiles_are_those_of_the_poses(capsys, tmp_path):
+    page = tmp_path / "page.html"
+    call = (*FOOT[:-1], "101", "--mu", "1.5")
+    _, out, _ = run(capsys, *call, "--report", str(page))
+    foot = ps.robot(DOG).contact("LF_foot", pose="standing")
+    values = np.sort(foot.thresholds(foot.random_poses(101)))
+    low, middle, high = re.search(r"5, 50 and 95 %: (.*), (.*), (.*)", out).groups()
+    # The numbers 6, 51 and 96 of 101.
+    assert [low, middle, high] == [f"{values[k]:.4g}" for k in (5, 50, 95)]
+    share = float(np.mean(values < 1.5))
+    assert 0.1 < share < 0.9 and abs(share - 0.5) > 0.02
+    assert f"share of poses at risk: {100 * share:.3g} %" in out
+    cell = re.search(r"share of random poses with μ_P &lt; μ</td><td>([^<]*)<", page.read_text())
+    assert float(cell[1]) == pytest.approx(share)
+
+
+def test_log_reaches_text_json_and_page(capsys, tmp_path):
+    log, page = tmp_path / "log.csv", tmp_path / "page.html"
+    log.write_text("t,LF_KFE,force\n0,-1.4,0\n1,-1.3,20\n3,-1.2,20\n")
+    call = (*FOOT, "--mu", "2", "--trajectory", str(log), "--touching", "force>5")
+    data = run_json(capsys, *call)["trajectory"]
+    assert data["closed"] == [False, True, True] and data["share_closed"] == pytest.approx(5 / 6)
+    assert data["share_at_risk"] == pytest.approx(5 / 6) and data["rest"] == 0.02
+    assert data["time_of_least"] in (1.0, 3.0)
+    code, out, _ = run(capsys, *call, "--report", str(page))
+    assert code == 0 and "the contact touches 83.3 % of the time" in " ".join(out.split())
+    assert "share of time at risk: 83.3 %" in out
+    text = page.read_text()
+    assert text.count("<svg") == 2 and "the time at risk is shaded" in text
+    assert re.search(r"share of the time at risk</td><td>0\.8333", text)
+    code, _, err = run(capsys, *FOOT, "--touching", "force>5")
+    assert code == 2 and "--touching: belongs to --trajectory" in err
+    code, _, err = run(capsys, *call[:-1], "force>five")
+    assert code == 2 and "--touching: got 'force>five', need a column" in err
+    code, _, err = run(capsys, *call[:-1], "forse>5")
+    assert code == 2 and "Did you mean 'force'?" in err
 
 
 def test_without_friction_there_is_no_share(capsys):
