@@ -76,7 +76,7 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
                 f"{where}: a floating base is the one body of the world that moves, got "
                 f"{len(moving)}."
             )
-        reading.body(moving[0][0], moving[0][1], -1)
+        reading.body(*moving[0], -1, floats=True)
     else:
         reading.worlds(root)
     tree = RobotTree(
@@ -288,7 +288,7 @@ class _Reading:
                         f"{s.where}: {label(element)} has a free joint within another body, need "
                         "it on a body of the world."
                     )
-                self.body(element, name, index, at, moves)
+                self.body(element, name, at, index, moves)
             elif element.tag in ("site", "geom") and (own := element.get("name")):
                 full = s.full(element, name)
                 if not is_mesh(full):
@@ -300,19 +300,23 @@ class _Reading:
         self,
         element: Element,
         childclass: str,
+        at: Place,
         parent: int,
-        at: Place | None = None,
         moves: bool = True,
+        floats: bool = False,
     ) -> None:
-        """Read a body with all that it carries; without `at` it is a base that floats."""
+        """Read a body with all that it carries, which stands in the frame `at`."""
         s, where = self.settings, f"{self.settings.where}: {label(element)}"
         own = element.get("childclass") or childclass
         name = element.get("name") or f"body_{len(self.bodies)}"
         if len(self.bodies) >= MAX_BODIES:
             raise InputError(f"{s.where}: got more than {MAX_BODIES} bodies.")
         joints = _joints(element, self, own)
-        rotation, position = SAME_PLACE if at is None else s.place(element, at)
-        if at is None and joints:
+        rotation, position = s.place(element, at)
+        solid = body_inertia(element, s, own, position, moves or bool(joints) or s.total_mass > 0)
+        if floats:
+            rotation, position = SAME_PLACE
+        if floats and joints:
             raise InputError(f"{where}: the base has joints besides a free one.")
         for joint, anchor in joints:
             # A joint turns about its anchor; the body's frame comes back after it.
@@ -320,13 +324,13 @@ class _Reading:
             self.bodies.append(Body(f"{name}/{joint.name}", parent, rotation, position, joint))
             parent, rotation, position = len(self.bodies) - 1, np.eye(3), -anchor
         moves = moves or bool(joints)
-        mass, center, inertia = body_inertia(element, s, own, moves or s.total_mass > 0)
+        mass, center, inertia = solid
         if moves and (doubt := inertia_doubt(mass, inertia)):
             self.notices.append(f"{called(element).capitalize()} has {doubt}.")
         held = 0.0 if {"spring", "damper"} <= s.off else mass
         held *= one_number(element, "gravcomp", s.where, 0.0)
-        solid = (mass, center, inertia, held * np.array([1.0, *center]))
-        self.bodies.append(Body(name, parent, rotation, position, None, *solid))
+        compensated = held * np.array([1.0, *center])
+        self.bodies.append(Body(name, parent, rotation, position, None, *solid, compensated))
         index = len(self.bodies) - 1
         self.add("body", name, Frame(index, *SAME_PLACE))
         self.children(element, own, index, moves)

@@ -40,20 +40,27 @@ def parts_of(
             yield child, childclass, at
 
 
-def body_inertia(body: Element, s: Settings, childclass: str, matters: bool) -> Solid:
-    """Return mass, centre and inertia of a body.
+def body_inertia(
+    body: Element, s: Settings, childclass: str, position: Array, matters: bool
+) -> Solid:
+    """Return mass, centre and inertia of a body that stands at `position` in the one before.
 
     `matters` is false for a body that never moves, whose mesh needs no inertia.
     """
     inertials = [(e, at) for e, _, at in parts_of(body, s, childclass) if e.tag == "inertial"]
     if len(inertials) > 1:
         raise InputError(f"{s.where}: {label(body)} has several <inertial>, need one.")
-    if inertials and s.from_geoms != "true":
+    geoms = [s.full(e, name) for e, name, _ in parts_of(body, s, childclass) if e.tag == "geom"]
+    # Without a geom that counts, what is given stays.
+    if inertials and (s.from_geoms != "true" or not any(_weighs(geom, s) for geom in geoms)):
         solid = _given(*inertials[0], s)
     elif s.from_geoms == "false":
         solid = MASSLESS
     else:
         solid = _of_geoms(body, s, childclass, matters)
+    if solid is MASSLESS and s.bounds[0] > 0:
+        # MuJoCo puts the centre of a body of nothing at the coordinates of its place.
+        solid = (0.0, position, np.zeros((3, 3)))
     solid = _bounded(solid, s)
     if fault := inertia_fault(solid[0], solid[2]):
         raise InputError(f"{s.where}: {label(body)} has {fault}.")

@@ -241,6 +241,8 @@ class RigidBodies:
             h += self._passive(i, velocity)
         if self.tree.floating:
             h[:6] = ca.vertcat(*forces[0]) + self.tree.base_damping * velocity[:6]
+            # The armature takes part in the acceleration in the world, the axes turn.
+            h[:3] += self.tree.base_armature * ca.cross(velocity[3:6], velocity[:3])
         return h
 
     def _passive(self, body: int, velocity: ca.SX) -> ca.SX:
