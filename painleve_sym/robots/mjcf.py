@@ -194,7 +194,7 @@ def _free_base(part: tuple[Element, str, Place], s: Settings) -> dict[str, Any]:
     if joint is None:
         return turned
     armature = one_number(joint, "armature", s.where, 0.0)
-    damping = number_list(joint, "damping", s.where, (0.0,))
+    damping = number_list(joint, "damping", s.where, ()) or [0.0]
     if not armature >= 0 or any(damping[1:]):
         raise InputError(
             f"{s.where}: {label(joint)}: got armature {armature:g} and damping {damping}, need an "

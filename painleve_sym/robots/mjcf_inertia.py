@@ -51,7 +51,7 @@ def body_inertia(
     if len(inertials) > 1:
         raise InputError(f"{s.where}: {label(body)} has several <inertial>, need one.")
     geoms = [s.full(e, name) for e, name, _ in parts_of(body, s, childclass) if e.tag == "geom"]
-    # Without a geom that counts, what is given stays.
+    # Without a geom that counts, the given inertia stays.
     if inertials and (s.from_geoms != "true" or not any(_weighs(geom, s) for geom in geoms)):
         solid = _given(*inertials[0], s)
     elif s.from_geoms == "false":

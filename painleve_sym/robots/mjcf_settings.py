@@ -23,6 +23,8 @@ from painleve_sym.robots.xml_text import label, number_list, one_number
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _TURNS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
+_OPEN_LISTS = ("size", "stiffness", "damping", "gear")
+"""Attributes that may have fewer numbers than they can have."""
 _DRIVE = "general"
 
 
@@ -80,11 +82,8 @@ class Settings:
                 f"{self.where}: {label(element)}: "
                 + unknown_name("default class", name, [c for c in self.classes if c])
             )
-        defaults = dict(self.classes[name].get(kind or element.tag, {}))
-        if any(turn in element.attrib for turn in _TURNS):
-            # An orientation of its own replaces that of the class, whatever its notation.
-            defaults = {key: value for key, value in defaults.items() if key not in _TURNS}
-        return Element(element.tag, {**defaults, **element.attrib})
+        defaults = self.classes[name].get(kind or element.tag, {})
+        return Element(element.tag, _over(defaults, element.attrib))
 
     def drive(self, element: Element) -> Element:
         """Return an actuator with the attributes of its class; all its kinds share them."""
@@ -172,6 +171,21 @@ def read_settings(root: Element, where: str) -> Settings:
     )
 
 
+def _over(defaults: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
+    """Return attributes over those of a class.
+
+    An orientation replaces that of the class, whatever its notation. A shorter list of numbers
+    leaves the further ones of the class.
+    """
+    turned = any(turn in own for turn in _TURNS)
+    kept = {k: v for k, v in defaults.items() if not (turned and k in _TURNS)}
+    for key, value in own.items():
+        words = value.split()
+        more = kept.get(key, "").split()[len(words) :] if key in _OPEN_LISTS else []
+        kept[key] = " ".join([*words, *more]) if more else value
+    return kept
+
+
 def _merged(root: Element, path: str) -> Element:
     """Return one element with the attributes of several, of which later ones count."""
     merged = Element(path.rpartition("/")[2])
@@ -189,10 +203,7 @@ def _classes(root: Element, where: str) -> dict[str, dict[str, dict[str, str]]]:
             if child.tag == "default":
                 continue
             tag = _DRIVE if child.tag in DRIVES else child.tag
-            kept = own.get(tag, {})
-            if any(turn in child.attrib for turn in _TURNS):
-                kept = {key: value for key, value in kept.items() if key not in _TURNS}
-            own[tag] = {**kept, **child.attrib}
+            own[tag] = _over(own.get(tag, {}), child.attrib)
         classes[name] = own
         for child in element.findall("default"):
             inner = child.get("class", "")
