@@ -112,6 +112,12 @@ def outcome(impact: ps.Impact) -> str:
     return "slips again" if stops else "slides"
 
 
+def ways_to_end(count: int) -> Counter[str]:
+    """Return how many of the drawn impacts end in which way."""
+    rng = np.random.default_rng(1)
+    return Counter(outcome(drawn_case(rng).impact) for _ in range(count))
+
+
 @styled
 def figure() -> Figure:
     """Return the hodographs of the cases, with the sector of the paradox and what is invariant."""
@@ -166,8 +172,7 @@ def hodographs(axes: Axes, case: Case) -> None:
 def main() -> None:
     """Print the counts and the cases."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
-    rng = np.random.default_rng(1)
-    counts = Counter(outcome(drawn_case(rng).impact) for _ in range(count))
+    counts = ways_to_end(count)
     print(f"{count} impacts without collision of random mobilities")
     for name in ("sticks", "slips again", "slides"):
         print(f"  {name:<12} {100 * counts[name] / count:5.1f} %")

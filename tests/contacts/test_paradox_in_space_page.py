@@ -5,9 +5,12 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
+import pytest
 import sympy as sp
 
 from tests.site_pages import Page
+from tests.study.study_scripts import study_script
 
 ROOT = Path(__file__).parents[2]
 
@@ -31,6 +34,22 @@ def test_numbers_of_the_page_are_those_of_the_study():
     data = json.loads(kept.read_text("utf-8"))
     for theta, rate in data["turning"]["crossings"]:
         assert f"({theta:.6f}, {rate:.6f})" in text
+    # The command of the page makes the map of the study.
+    line = re.search(r"painleve map rod-3d --over theta,psi_dot (.*) --points (\d+) --out", text)
+    options = line[1].split()
+    given = dict(zip(options[::2], options[1::2], strict=True))
+    assert int(line[2]) == data["computed"]["points"]
+    study = study_script("paradox_in_space/paradox_in_space.py")
+    parameters, state = (
+        {k: float(v) for k, v in (pair.split("=") for pair in given[name].split(","))}
+        for name in ("--set", "--state")
+    )
+    assert parameters == {"mu": 1.6, "J_3": 1e-9}
+    assert state == {"theta_dot": study.RATE, "x_A_dot": -1.0}
+    low, high = study.ELEVATION
+    assert given["--range"] == f"theta={low:.6f}:{high:.6f},psi_dot=0:12"
+    again = study.turning(40)["crossings"]
+    assert again == pytest.approx(np.array(data["turning"]["crossings"]), abs=1e-9)
     counts = {n: f"{count:,}".replace(",", " ") for n, count in data["at_rest"].items()}
     assert set(counts) == {"1", "3"}
     assert f"{counts['1']} have one solution and {counts['3']} have three" in text
