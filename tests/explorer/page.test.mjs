@@ -9,6 +9,8 @@ import path from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 
+import "./dom.mjs";
+
 const web = process.env.EXPLORER_WEB;
 const own = (name) => import(pathToFileURL(path.join(web, name)).href);
 const { defaults, fault, fromText, toText } = await own("settings.js");
@@ -20,31 +22,6 @@ const { linesOf, notes } = await own("problem.js");
 const { sliderScale } = await own("controls.js");
 const { afterImpact, eventWords, modeWords, remarks } = await own("motion.js");
 const { Scene, magnification, windowOf } = await own("scene.js");
-
-/** As much of a document as drawings need: elements with attributes and children. */
-class Element {
-  constructor(tag) {
-    Object.assign(this, { tag, attributes: {}, children: [] });
-  }
-  setAttribute(name, value) {
-    this.attributes[name] = value;
-  }
-  toggleAttribute(name, on) {
-    this.attributes[name] = on;
-  }
-  append(...children) {
-    this.children.push(...children);
-  }
-  replaceChildren(...children) {
-    this.children = children;
-  }
-  all() {
-    return [this, ...this.children.flatMap((c) => (c.all ? c.all() : []))];
-  }
-}
-globalThis.document = {
-  createElement: (tag) => new Element(tag), createElementNS: (_, tag) => new Element(tag),
-};
 
 const positive = { lower: 0, upper: null, lower_closed: false, upper_closed: true };
 const description = {

@@ -23,7 +23,11 @@ from painleve_sym.study.maps.case_codes import LEGEND
 
 WEB = Path(str(resources.files("painleve_sym.explorer").joinpath("web")))
 NODE = shutil.which("node")
-OWN = re.findall(r"^test\(", Path(__file__).with_name("page.test.mjs").read_text("utf-8"), re.M)
+FILES = ("page.test.mjs", "drawings.test.mjs")
+OWN = {
+    file: len(re.findall(r"^test\(", Path(__file__).with_name(file).read_text("utf-8"), re.M))
+    for file in FILES
+}
 TSC = Path(sys.prefix, "browser", "node_modules", "typescript", "bin", "tsc")
 needs_node = pytest.mark.skipif(NODE is None, reason="Node is not installed (apt install nodejs)")
 
@@ -155,10 +159,10 @@ def case_data(name, index, start, given, force, end):
     }
 
 
-def run_node(count, **environment):
+def run_node(file, count, **environment):
     """Run the tests of the modules; all of them must pass."""
     done = subprocess.run(
-        [NODE, "--test", str(Path(__file__).with_name("page.test.mjs"))],
+        [NODE, "--test", str(Path(__file__).with_name(file))],
         env={**os.environ, "EXPLORER_WEB": str(WEB), **environment},
         capture_output=True,
         text=True,
@@ -171,8 +175,9 @@ def run_node(count, **environment):
 
 
 @needs_node
-def test_modules_pass_their_own_tests():
-    run_node(len(OWN))
+@pytest.mark.parametrize("file", FILES)
+def test_modules_pass_their_own_tests(file):
+    run_node(file, OWN[file])
 
 
 @needs_node
@@ -188,7 +193,7 @@ def test_modules_compute_the_numbers_of_the_package(name, tmp_path):
         pytest.skip(str(error))
     file = tmp_path / "cases.json"
     file.write_text(json.dumps(cases), "utf-8")
-    run_node(len(OWN) + len(cases), EXPLORER_CASES=str(file))
+    run_node(FILES[0], OWN[FILES[0]] + len(cases), EXPLORER_CASES=str(file))
 
 
 @needs_node
