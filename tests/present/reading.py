@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import re
 
 import matplotlib
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from painleve_sym.present.style import STYLE
@@ -55,3 +57,28 @@ def assert_texts_legible(figure):
         assert text.get_fontsize() >= 8, text.get_text()
         inside = box.x0 >= -0.5 and box.y0 >= -0.5
         assert inside and box.x1 <= width + 0.5 and box.y1 <= height + 0.5, text.get_text()
+
+
+_PREFIXES = {"n": 1e-9, "μ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
+_UNIT = re.compile(r"\(([^()]+)\)$")
+
+
+def size_of(label):
+    """Return what 1 of an axis with this label is in SI units, by the prefix of its unit."""
+    match = _UNIT.search(label)
+    unit = match[1] if match else ""
+    head = unit.partition("/")[0]
+    return _PREFIXES[head[0]] if len(head) > 1 and head[0] in _PREFIXES and head != "mol" else 1.0
+
+
+def drawn_values(axes, line):
+    """Return abscissas and ordinates of a line in SI units, by the labels of its axes."""
+    x, y = (np.asarray(v, dtype=float) for v in line.get_data())
+    return x * size_of(axes.get_xlabel()), y * size_of(axes.get_ylabel())
+
+
+def assert_upright(figure):
+    """Check that no axis of a figure runs downwards or from right to left."""
+    for axes in figure.axes:
+        for low, high in (axes.get_xlim(), axes.get_ylim()):
+            assert low < high
