@@ -21,6 +21,7 @@ from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
 from painleve_sym.present.style import NORMAL, PALETTE, STYLE, event_label
 from painleve_sym.robots.contact_risk import LeastRisk
 from painleve_sym.robots.report import RiskReport
+from painleve_sym.robots.trajectory import RiskTrajectory
 from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.region_map import RegionMap
 from tests.present.reading import assert_upright, drawn_values, legend_names, size_of
@@ -327,6 +328,7 @@ def risk_of(values, mu, half_angle=0.3):
     share = float(np.mean(values < mu)) if mu is not None else None
     return RiskReport(
         title="foot",
+        subject=SimpleNamespace(rows=[("frame", "sole")]),
         risk=risk,
         least=LeastRisk(0.2, {"knee": 0.75}),
         distribution=values,
@@ -376,10 +378,21 @@ def test_numbers_of_a_risk_page_are_those_of_its_report():
 
 def test_time_at_risk_is_shaded_and_no_other():
     t = np.linspace(0, 4, 41)
-    motion = SimpleNamespace(t=t, mu_P=np.where(t < 1.05, 0.4, 2.0), mu=0.8)
+    mu_P, closed = np.where((t < 1.05) | (t > 2.95), 0.4, 2.0), t < 2.05
+    motion = RiskTrajectory(t, 0.8, mu_P, mu_P / 0.8, closed, (), 0.02)
     axes = risk_trajectory_figure(motion).axes[0]
-    np.testing.assert_array_equal(axes.lines[0].get_xydata(), np.stack([t, motion.mu_P], 1))
-    assert set(axes.lines[1].get_ydata()) == {0.8}
+    curve = axes.lines[0].get_xydata()
+    np.testing.assert_array_equal(curve[closed], np.stack([t, mu_P], 1)[closed])
+    assert not np.isfinite(curve[~closed, 1]).any()
+    lines = {str(line.get_label()): line for line in axes.lines}
+    assert set(lines[r"$\mu$"].get_ydata()) == {0.8}
+    np.testing.assert_array_equal(lines["no contact"].get_xydata(), np.stack([t, mu_P], 1))
     shaded = axes.collections[0].get_paths()[0].vertices
     assert shaded[:, 0].min() == 0 and shaded[:, 0].max() == pytest.approx(1.0)
     assert shaded[:, 1].min() == pytest.approx(0.4) and shaded[:, 1].max() == pytest.approx(0.8)
+    page = risk_page(risk_of(np.array([0.4, 1.0]), 0.8), motion).html()
+    assert float(cells(page, "share of the time at risk")[0]) == pytest.approx(0.2625, abs=0.02)
+    touching = "share of the time in which the contact touches"
+    assert float(cells(page, touching)[0]) == pytest.approx(0.5125, abs=0.02)
+    assert cells(page, "samples") == ["41"]
+    assert float(cells(page, "least μ_P while it touches")[0]) == 0.4
