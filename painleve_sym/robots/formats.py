@@ -127,7 +127,7 @@ _DRIVE = (
     "delay interp nsample inheritrange input velrange ffrange posrange kp kv ki kd imax slewmax "
     "dampratio timeconst dyntype gaintype biastype dynprm gainprm biasprm area diameter bias "
     "force scale lmin lmax vmax fpmax fvmax range gain cogging controller inductance lugre "
-    "motorconst nominal resistance saturation thermal plugin instance"
+    "motorconst nominal resistance saturation thermal plugin instance tausmooth"
 )
 
 MJCF: Table = {

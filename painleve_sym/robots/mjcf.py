@@ -63,7 +63,8 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         assert isinstance(own, Rule)
         raise InputError(f"{where}: {own.sentence}")
     settings = read_settings(root, where)
-    notices = review(_elements(root, settings), MJCF, where, settings.off)
+    elements = list(_elements(root, settings))
+    notices = review(elements, MJCF, where, settings.off)
     top = [part for world in root.findall("worldbody") for part in _bodies(world, settings, "")]
     moving = [part for part in top if _moves(part[0])]
     free = [part for part in moving if _free_joint(part[0], settings, part[1]) is not None]
@@ -87,6 +88,8 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         notices=(*notices, *reading.notices),
         base=base,
         ambiguous=reading.ambiguous,
+        opened="equality" not in settings.off
+        and any(path.startswith("equality/") for path, _, _ in elements),
         **(_free_base(moving[0], settings) if floating else {}),
     )
     names = [b.joint.name for b in tree.bodies if b.joint is not None]

@@ -191,6 +191,8 @@ class RobotTree:
         Force against each velocity of a floating base, N s/m and N m s/rad.
     ambiguous : mapping of str to tuple of str
         Names that several elements of the file share, with those that `frames` has instead.
+    opened : bool
+        Whether the file closes chains or couples joints, which the tree does not.
     """
 
     name: str
@@ -205,6 +207,7 @@ class RobotTree:
     base_armature: float = 0.0
     base_damping: float = 0.0
     ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    opened: bool = False
 
     def __repr__(self) -> str:
         """Return the title."""
@@ -212,9 +215,10 @@ class RobotTree:
 
     @property
     def title(self) -> str:
-        """Name, kind of base and number of joints in one line."""
+        """Name, kind of base and number of joints in one line, and whether chains are open."""
         base = "floating" if self.floating else "fixed"
-        return f"{self.name}, {base} base, {len(self.joints)} joints"
+        opened = " of the open tree" if self.opened else ""
+        return f"{self.name}, {base} base, {len(self.joints)} joints{opened}"
 
     @cached_property
     def joints(self) -> dict[str, Joint]:

@@ -1,5 +1,7 @@
 """Numbers of robots by MuJoCo and Pinocchio, with which `test_stored_oracles` compares.
 
+The list of all elements and attributes of MJCF, as MuJoCo prints it, is stored as well.
+
 It needs both, in an environment of their own: ``pip install mujoco pin``, then
 ``python tests/robots/store_oracles.py``. Nothing of the package is imported.
 """
@@ -7,6 +9,7 @@ It needs both, in an environment of their own: ``pip install mujoco pin``, then
 from __future__ import annotations
 
 import json
+import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -149,6 +152,23 @@ def of_pinocchio(path: Path, frame: str):
     return entry(f"Pinocchio {pin.__version__}", bool(free), joints, numbers)
 
 
+def schema() -> dict[str, list[str]]:
+    """Return the attributes of every element of MJCF, by its path as MuJoCo prints it."""
+    lists: dict[str, list[str]] = {}
+    above: list[str] = []
+    path = ""
+    for line in mujoco.mj_printSchema(False, False).splitlines():
+        depth = (len(line) - len(line.lstrip())) // 3
+        head = re.match(r" *(\S+) \([!?*R]\) *(.*)", line)
+        if head:
+            above = [*above[:depth], head[1]]
+            path = "/".join(above[1:]) or above[0]
+            lists[path] = head[2].split()
+        else:
+            lists[path] += line.split()
+    return lists
+
+
 if __name__ == "__main__":
     stored = {}
     for name, frame in FILES.items():
@@ -156,3 +176,5 @@ if __name__ == "__main__":
         stored[name] = {"frame": frame, **of(ROOT / name, frame)}
     text = json.dumps(stored, indent=1)
     (HERE / "oracles.json").write_text(text + "\n", "utf-8")
+    lines = [f"{path}: {' '.join(attributes)}\n" for path, attributes in schema().items()]
+    (HERE / "mjcf_schema.txt").write_text("".join(lines), "utf-8")
