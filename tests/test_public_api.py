@@ -7,6 +7,7 @@ import doctest
 import enum
 import importlib
 import inspect
+import pickle
 import re
 import subprocess
 import sys
@@ -165,3 +166,27 @@ def test_examples_of_the_page_run(monkeypatch):
     page = ROOT / "docs" / "api.md"
     result = doctest.testfile(str(page), module_relative=False)
     assert result.attempted > 10 and result.failed == 0
+
+
+def test_results_are_one_line_pickle_and_have_the_data_that_the_page_says():
+    ps = painleve_sym
+    rod, law = ps.models.rod(mu=1.5), ps.laws.bilinear_hertz(E=209e9)
+    state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    results = {
+        "classify": ps.classify(rod, state),
+        "contact": ps.contact([[2, 1.5], [1.5, 2]], [3, 0], 1.5, velocity=1.0),
+        "simulate": ps.simulate(rod, law, state, t_end=1e-3),
+        "reproduce": ps.reproduce(["eq-1"]),
+        "solve_impact": ps.solve_impact([[1, 0.6], [0.6, 1]], 2.0, (0, 1.0), "energetic", 0.75),
+        "evaluate_jump": ps.evaluate_jump(rod, "energetic", state),
+        "evaluate_corrected_jump": ps.evaluate_corrected_jump(rod, law, state),
+        "simulate_batch": ps.simulate_batch(rod, law, {**state, "theta": [1.0, 1.1]}, t_end=1e-3),
+    }
+    words = " ".join((ROOT / "docs" / "api.md").read_text("utf-8").split())
+    with_data, arrays = re.search(
+        r"Results of (.*?) have `to_dict\(\)`(.*?) arrays\.", words
+    ).groups()
+    for name, result in results.items():
+        assert "\n" not in repr(result) and len(repr(result)) < 130
+        assert type(pickle.loads(pickle.dumps(result))) is type(result)
+        assert hasattr(result, "to_dict") == (f"`{name}`" in with_data) != (f"`{name}`" in arrays)

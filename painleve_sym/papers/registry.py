@@ -41,9 +41,9 @@ class Paper:
         """The printed formulas, numbers and statements, with the expected verdicts."""
         return read_claims(self.folder / "claims.toml")
 
-    @cached_property
+    @property
     def module(self) -> ModuleType:
-        """The module with ``COMPUTE`` and ``Workbench``, loaded on first use.
+        """The module with ``COMPUTE`` and ``Workbench``, which Python loads once.
 
         LookupError where an item has a claim and no computation, or a computation and no claim.
         """
