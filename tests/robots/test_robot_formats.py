@@ -193,6 +193,11 @@ def test_attribute_that_is_read_changes_what_dynamics_is_derived_from(tmp_path, 
     assert first != second
 
 
+def test_list_with_one_number_is_a_notice(tmp_path):
+    (notice,) = read(tmp_path, file_of("tendon/fixed", "stiffness", "0 1 0")).tree.notices
+    assert "(stiffness = 0 1 0)" in notice
+
+
 def test_what_no_list_has_is_named(tmp_path):
     text = mjcf(HINGE.format(' wobble="1"') + SOLID + "<wheel/>")
     (notice,) = read(tmp_path, text).tree.notices
