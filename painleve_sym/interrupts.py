@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+from painleve_sym.time_limit import is_deriving
+
+_PATIENCE = 1.0
+"""Seconds that the main thread has to notice Ctrl-C."""
 
 
 @contextmanager
@@ -35,3 +42,51 @@ def noted_interrupts() -> Iterator[Callable[[], None]]:
         yield check
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def ended_by_interrupts(code: int, say: Callable[[], None]) -> Iterator[None]:
+    """End the process with this exit code where Ctrl-C meets a main thread that is in a library.
+
+    A library that computes for long without a step of the interpreter, such as CasADi on long
+    formulas, keeps the main thread from noticing Ctrl-C, or drops what its handler raises. A second
+    thread learns of it at once. Where a second later the handler has not run, or formulas are still
+    being derived, it calls `say` and ends the process. For commands alone: a session of Python
+    would be lost.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    noticed = threading.Event()
+
+    def note(number: int, frame: FrameType | None) -> None:
+        noticed.set()
+        before(number, frame)
+
+    def watch() -> None:
+        while signals := bell.recv(1):
+            if signals[0] != signal.SIGINT:
+                continue
+            ended.wait(_PATIENCE)
+            if not ended.is_set() and (not noticed.is_set() or is_deriving(main)):
+                say()
+                os._exit(code)
+            noticed.clear()
+
+    main, ended = threading.get_ident(), threading.Event()
+    bell, ringing = socket.socketpair()
+    ringing.setblocking(False)
+    signal.signal(signal.SIGINT, note)
+    former = signal.set_wakeup_fd(ringing.fileno(), warn_on_full_buffer=False)
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        signal.set_wakeup_fd(former)
+        signal.signal(signal.SIGINT, before)
+        ringing.close()
+        watcher.join()
+        bell.close()

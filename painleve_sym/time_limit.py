@@ -22,6 +22,7 @@ _AGAIN = 0.5
 
 Result = TypeVar("Result")
 _active = threading.local()
+_deriving = set[int]()
 
 
 class _Expired(BaseException):
@@ -42,6 +43,11 @@ def seconds_allowed() -> float:
     return seconds
 
 
+def is_deriving(thread: int) -> bool:
+    """Whether a thread is within `within_time`."""
+    return thread in _deriving
+
+
 def within_time(label: str, derive: Callable[[], Result]) -> Result:
     """Return what `derive` returns, within the time allowed; a call within another adds nothing.
 
@@ -56,6 +62,7 @@ def within_time(label: str, derive: Callable[[], Result]) -> Result:
     watch = _Watch(threading.get_ident(), seconds)
     try:
         _active.on = True
+        _deriving.add(threading.get_ident())
         try:
             return derive()
         finally:
@@ -65,6 +72,7 @@ def within_time(label: str, derive: Callable[[], Result]) -> Result:
         watch.end()
     finally:
         _active.on = False
+        _deriving.discard(threading.get_ident())
     raise DerivationTimeout(
         f"{label}: deriving its closed forms was not done within {seconds:g} s of processor time. "
         "Fix: use shorter formulas, lower powers or fewer coordinates, or set "

@@ -5,7 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import subprocess
+import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -13,7 +16,7 @@ import pytest
 from painleve_sym.cli import main
 from painleve_sym.complementarity.lcp import LCP
 from painleve_sym.complementarity.mpcc import solve_mpcc_all
-from painleve_sym.interrupts import noted_interrupts
+from painleve_sym.interrupts import ended_by_interrupts, noted_interrupts
 from painleve_sym.papers.impact_resolution import items
 from painleve_sym.papers.registry import reproduce
 
@@ -64,3 +67,57 @@ def test_command_whose_interrupt_was_swallowed_says_so(monkeypatch, capsys):
     monkeypatch.setattr("painleve_sym.cli.run_command", swallow)
     assert main(["models"]) == 130
     assert capsys.readouterr().err == "painleve: interrupted.\n"
+
+
+INTERRUPTED = """
+import ctypes, os, signal, sys, threading, time
+from painleve_sym.interrupts import ended_by_interrupts
+from painleve_sym.time_limit import within_time
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+def deaf():
+    # A library that waits in C, without the lock of the interpreter, whatever a signal does.
+    end = time.monotonic() + 30
+    while time.monotonic() < end:
+        try:
+            ctypes.CDLL(None).usleep(900_000 if len(sys.argv) > 1 else 25_000_000)
+        except KeyboardInterrupt:
+            pass
+
+with ended_by_interrupts(130, lambda: print("ended", flush=True)):
+    within_time("a test", deaf)
+print("computed to the end")
+"""
+
+
+@pytest.mark.parametrize("words", [(), ("dropped",)])
+def test_interrupt_within_a_library_ends_a_command(words):
+    """Once the main thread does not notice it, once it drops what the handler raises."""
+    program = [sys.executable, "-c", INTERRUPTED, *words]
+    begun = time.monotonic()
+    answer = subprocess.run(program, capture_output=True, text=True, timeout=20)
+    assert (answer.returncode, answer.stdout) == (130, "ended\n"), answer.stderr
+    assert time.monotonic() - begun < 6
+
+
+def test_interrupt_that_python_notices_is_an_exception():
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), ended_by_interrupts(130, pytest.fail):
+        signal.raise_signal(signal.SIGINT)
+        threading.Event().wait(5)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert signal.set_wakeup_fd(-1) == -1
+
+
+def test_too_small_a_limit_of_memory_is_one_sentence():
+    resource = pytest.importorskip("resource")
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_AS, (300_000 * 1024,) * 2)
+
+    program = [sys.executable, "-m", "painleve_sym", "robot", "robot.urdf", "--contact", "foot"]
+    answer = subprocess.run(program, capture_output=True, text=True, timeout=20, preexec_fn=limit)
+    assert answer.returncode == 1 and answer.stderr.count("\n") == 1
+    assert "the limit of the address space (ulimit -v) is 300000 kB" in answer.stderr

@@ -8,15 +8,17 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
+from painleve_sym.c_export.export import empty_folder, write_folder
 from painleve_sym.c_export.files import filled
 from painleve_sym.codegen.c_functions import c_functions
-from painleve_sym.errors import InputError
 from painleve_sym.escape import c_comment, c_name, c_string
-from painleve_sym.files import write_beside
 from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT
-from painleve_sym.robots.robot_contact import RobotContact
+from painleve_sym.robots.robot_contact import INFINITE, RobotContact
 from painleve_sym.robots.tree import rotation_rpy
 from painleve_sym.version import __version__
+
+MAX_PREFIX = 40
+"""Letters of the prefix of C names: C tells names apart by 63."""
 
 
 def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
@@ -39,12 +41,11 @@ def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
     Raises
     ------
     InputError
-        The folder holds something.
+        The folder holds something, or cannot be written: nothing is left then.
     """
-    if folder.exists() and any(folder.iterdir()):
-        raise InputError(f"--export: {folder} is not empty. Fix: name another folder.")
+    target = empty_folder(folder)
     tree = contact.dynamics.tree
-    name = c_name(f"{tree.name}_{contact.dynamics.contacts[0].frame}".lower())
+    name = _prefix(f"{tree.name}_{contact.dynamics.contacts[0].frame}")
     joints = tuple(contact.joints)
     own = [contact.dynamics.coordinates[name] for name in joints]
     function = _mobility(contact, own)
@@ -58,21 +59,27 @@ def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
         "contact": c_comment(contact.dynamics.contacts[0].frame),
         "version": __version__,
         "count": len(joints),
-        "names": ", ".join(map(c_string, joints)),
+        # An array of C is not empty.
+        "room": max(1, len(joints)),
+        "names": ", ".join(map(c_string, joints)) or "0",
         "generated": c_functions([function]),
         "work": 1 + function.sz_w(),
         "integers": 1 + function.sz_iw(),
         "arguments": 1 + function.sz_arg(),
         "results": 1 + function.sz_res(),
-        "joints": ", ".join(repr(float(contact.values[n])) for n in own),
+        "joints": ", ".join(repr(float(contact.values[n])) for n in own) or "0",
+        "infinite": repr(INFINITE),
         "normal": ", ".join(map(repr, np.asarray(normal).tolist())),
     }
     files = {f"{name}.h": "robot.h", f"{name}.c": "robot.c", "main.c": "robot_main.c"}
-    folder.mkdir(parents=True, exist_ok=True)
-    for file, template in files.items():
-        text = filled(template, values)
-        write_beside(folder / file, lambda out, text=text: out.write(text.encode()))
+    write_folder(target, {file: filled(template, values) for file, template in files.items()})
     return tuple(files)
+
+
+def _prefix(text: str) -> str:
+    """Return the prefix of all C names: a letter first, and of a length that any compiler keeps."""
+    name = c_name(text.lower())
+    return (name if name[:1].isalpha() else f"robot_{name}")[:MAX_PREFIX]
 
 
 def _mobility(contact: RobotContact, coordinates: Sequence[str]) -> ca.Function:

@@ -13,7 +13,8 @@ from typing import Any, TextIO
 from painleve_sym.cli.parser import read_arguments, run_command
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning, shortened
 from painleve_sym.escape import terminal_text
-from painleve_sym.interrupts import noted_interrupts
+from painleve_sym.interrupts import ended_by_interrupts, noted_interrupts
+from painleve_sym.memory import require_address_space
 from painleve_sym.progress import show_progress
 
 EXIT_FAILURE, EXIT_USAGE = 1, 2
@@ -53,8 +54,11 @@ def _standard_error() -> Iterator[None]:
 def _guarded(arguments: list[str]) -> int:
     try:
         output = redirect_stdout(_NamedOutput(sys.stdout))
-        with output, show_progress(), noted_interrupts() as check:
-            code = run_command(read_arguments(arguments))
+        ended = ended_by_interrupts(EXIT_INTERRUPTED, _say_interrupted)
+        with output, show_progress(), ended, noted_interrupts() as check:
+            given = read_arguments(arguments)
+            require_address_space()
+            code = run_command(given)
             sys.stdout.flush()
             check()
         return code
@@ -68,7 +72,7 @@ def _guarded(arguments: list[str]) -> int:
         _abandon_output()
         return EXIT_BROKEN_PIPE
     except KeyboardInterrupt:
-        _say("interrupted.")
+        _say_interrupted()
         return EXIT_INTERRUPTED
     except MemoryError as error:
         return _fail(str(error) or "out of memory.", EXIT_FAILURE)
@@ -106,6 +110,10 @@ class _NamedOutput(io.TextIOBase):
             yield
         except OSError as error:
             raise OSError(error.errno, error.strerror, "standard output") from error
+
+
+def _say_interrupted() -> None:
+    _say("interrupted.")
 
 
 def _say(text: str) -> None:

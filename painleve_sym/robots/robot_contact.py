@@ -56,6 +56,8 @@ _SINGULAR_MASS = 1e-12
 """Least eigenvalue of a regular mass matrix, scaled to a diagonal of ones."""
 _SINGULAR = 1e-9
 """Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
+INFINITE = 1e9
+"""Thresholds of friction from this on are infinite but for rounding."""
 _LEAST = 2e-6
 """Thresholds of friction below this are the rounding of 0, that of a singular W."""
 
@@ -518,7 +520,7 @@ class RobotContact:
         def objective(q: Array) -> tuple[float, Array]:
             point[place] = q
             numbers = np.array(of.of_vector(point.tolist()))
-            if not numbers[0] > _SINGULAR**2 or not np.isfinite(numbers).all():
+            if not numbers[0] > INFINITE**-2 or not np.isfinite(numbers).all():
                 return _NEVER, np.zeros(len(q))
             # Of the logarithm, whose size is the same for all robots.
             return -math.log(numbers[0]), -numbers[slopes_of] / numbers[0]
@@ -543,12 +545,12 @@ def _thresholds(W: Array) -> Array:
     moves = W[0, 0] > _SINGULAR * np.trace(W)
     with np.errstate(invalid="ignore"):
         mu_P = friction_threshold(W)
-    return np.where(moves, np.where(mu_P < 1 / _SINGULAR, mu_P, np.inf), np.nan)
+    return np.where(moves, np.where(mu_P < INFINITE, mu_P, np.inf), np.nan)
 
 
 def _bounded(threshold: float) -> float:
     """Return a threshold of friction, infinite where it is one over rounding."""
-    return threshold if threshold < 1 / _SINGULAR else math.inf
+    return threshold if threshold < INFINITE else math.inf
 
 
 def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:

@@ -80,3 +80,88 @@ def test_folder_that_holds_something_is_an_error(tmp_path):
     (tmp_path / "notes").write_text("mine")
     with pytest.raises(InputError, match="is not empty"):
         export_risk(contact(), tmp_path)
+
+
+def half_angles(folder, name, pairs):
+    """Return what the function of the half angle gives for thresholds and friction coefficients."""
+    rows = "\n".join(
+        f'r.mu_P = {p!r}; printf("%.17g\\n", {name}_half_angle(&r, {mu!r}));' for p, mu in pairs
+    )
+    (folder / "main.c").write_text(
+        f'#include <stdio.h>\n#include "{name}.h"\n'
+        f"int main(void) {{ {name}_risk r;\n{rows}\nreturn 0; }}\n"
+    )
+    answer = subprocess.run([built(folder)], capture_output=True, text=True)
+    return list(map(float, answer.stdout.split()))
+
+
+def test_half_angle_is_where_friction_times_its_cosine_is_the_threshold(tmp_path):
+    folder = tmp_path / "c"
+    export_risk(contact(), folder)
+    pairs = [(0.5, 0.4), (0.5, 0.5), (0.5, 1.0), (0.7, 0.8)]
+    angles = half_angles(folder, "quadruped_lf_foot", pairs)
+    assert angles[:2] == [0.0, 0.0]
+    for angle, (mu_P, mu) in zip(angles[2:], pairs[2:], strict=True):
+        assert mu * math.cos(angle) == pytest.approx(mu_P, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["3dof", "_x", "ж b-c", "9" * 300])
+def test_any_name_of_a_robot_compiles(tmp_path, name):
+    path = tmp_path / "robot.urdf"
+    path.write_text(DOG.read_text().replace('name="quadruped"', f'name="{name}"', 1), "utf-8")
+    foot = ps.robot(path).contact("LF_foot", joints={"LF_HFE": 0.7, "LF_KFE": -1.4})
+    files = export_risk(foot, tmp_path / "c")
+    assert all(len(file) < 64 and file[0].isalpha() for file in files)
+    printed = subprocess.run([built(tmp_path / "c")], capture_output=True, text=True).stdout
+    assert float(printed.split()[9]) == pytest.approx(foot.risk().mu_P, rel=1e-12)
+
+
+def test_robot_with_all_joints_locked_compiles(tmp_path):
+    foot = ps.robot(DOG).contact("LF_foot", pose="standing", locked="all")
+    export_risk(foot, tmp_path / "c")
+    assert "_JOINTS = 0" in (tmp_path / "c" / "quadruped_lf_foot.h").read_text()
+    printed = subprocess.run([built(tmp_path / "c")], capture_output=True, text=True).stdout
+    assert float(printed.split()[9]) == pytest.approx(foot.risk().mu_P, rel=1e-12)
+
+
+def test_joint_with_the_name_of_a_normal_is_a_joint_in_the_code(tmp_path):
+    text = DOG.read_text().replace("LF_KFE", "normal_x").replace("LF_HFE", "t&quot;&#10;")
+    path = tmp_path / "robot.urdf"
+    path.write_text(text, "utf-8")
+    robot = ps.robot(path)
+    other = next(name for name in robot.joints if name.startswith("t"))
+    joints = {"normal_x": -1.4, other: 0.7}
+    foot = robot.contact("LF_foot", joints=joints)
+    export_risk(foot, tmp_path / "c")
+    printed = subprocess.run([built(tmp_path / "c")], capture_output=True, text=True).stdout
+    plain = ps.robot(DOG).contact("LF_foot", joints={"LF_KFE": -1.4, "LF_HFE": 0.7})
+    assert float(printed.split()[9]) == pytest.approx(plain.risk().mu_P, rel=1e-12)
+
+
+def test_threshold_of_rounding_is_infinite_in_the_code(tmp_path):
+    path = tmp_path / "slider.urdf"
+    inertial = """<inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>"""
+    path.write_text(
+        f"""<robot name="slider"><link name="world"/><link name="foot">{inertial}</link>
+    <joint name="z" type="prismatic"><parent link="world"/><child link="foot"/>
+    <axis xyz="1e-17 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+    )
+    export_risk(ps.robot(path).contact("foot"), tmp_path / "c")
+    printed = subprocess.run([built(tmp_path / "c")], capture_output=True, text=True).stdout
+    assert printed.split()[9:] == ["inf", "0"]
+
+
+def test_folder_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
+    written = []
+
+    def full(self, text, encoding):
+        if written:
+            raise OSError(28, "No space left on device")
+        written.append(self.write_bytes(text.encode(encoding)))
+
+    one = contact()
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(InputError, match=r"cannot be written: No space left on device"):
+        export_risk(one, tmp_path / "new" / "c")
+    assert written and list(tmp_path.iterdir()) == []

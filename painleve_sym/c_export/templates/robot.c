@@ -2,10 +2,9 @@
 
 $generated
 
-const char *const ${name}_joint_names[${guard}_JOINTS] = {$names};
+const char *const ${name}_joint_names[$room] = {$names};
 
-void ${name}_compute(const double joints[${guard}_JOINTS], const double normal[3],
-                     ${name}_risk *risk) {
+void ${name}_compute(const double *joints, const double normal[3], ${name}_risk *risk) {
   double in[${guard}_JOINTS + 6], work[$work], *t = risk->tangent, along, length;
   casadi_int integers[$integers];
   const double *arg[$arguments] = {in};
@@ -24,6 +23,11 @@ void ${name}_compute(const double joints[${guard}_JOINTS], const double normal[3
   mobility(arg, res, integers, work, 0);
   risk->mu_P = risk->W[0][0] / hypot(risk->W[1][0], risk->W[2][0]);
   risk->direction = atan2(risk->W[2][0], risk->W[1][0]);
+  if (!(risk->mu_P < $infinite)) {
+    /* Only rounding couples normal and slip. */
+    risk->mu_P = INFINITY;
+    risk->direction = 0.0;
+  }
 }
 
 double ${name}_half_angle(const ${name}_risk *risk, double mu) {

@@ -5,7 +5,7 @@
 #include "$name.h"
 
 int main(int count, char **words) {
-  double joints[${guard}_JOINTS] = {$joints}, normal[3] = {$normal};
+  double joints[$room] = {$joints}, normal[3] = {$normal};
   ${name}_risk risk;
   long k, repeat = count > 1 ? atol(words[1]) : 1;
   for (k = 0; k < repeat; ++k) ${name}_compute(joints, normal, &risk);
