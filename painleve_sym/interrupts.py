@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from painleve_sym.time_limit import is_deriving
-
 _PATIENCE = 1.0
 """Seconds that the main thread has to notice Ctrl-C."""
 
@@ -45,13 +43,15 @@ def noted_interrupts() -> Iterator[Callable[[], None]]:
 
 
 @contextmanager
-def ended_by_interrupts(code: int, say: Callable[[], None]) -> Iterator[None]:
+def ended_by_interrupts(
+    code: int, say: Callable[[], None], deriving: Callable[[int], bool]
+) -> Iterator[None]:
     """End the process with this exit code where Ctrl-C meets a main thread that is in a library.
 
     A library that computes for long without a step of the interpreter, such as CasADi on long
     formulas, keeps the main thread from noticing Ctrl-C, or drops what its handler raises. A second
-    thread learns of it at once. Where a second later the handler has not run, or formulas are still
-    being derived, it calls `say` and ends the process. For commands alone: a session of Python
+    thread learns of it at once. Where a second later the handler has not run, or the main thread,
+    whose number `deriving` takes, still derives formulas, it calls `say` and ends the process. For commands alone: a session of Python
     would be lost.
     """
     before = signal.getsignal(signal.SIGINT)
@@ -69,7 +69,7 @@ def ended_by_interrupts(code: int, say: Callable[[], None]) -> Iterator[None]:
             if signals[0] != signal.SIGINT:
                 continue
             ended.wait(_PATIENCE)
-            if not ended.is_set() and (not noticed.is_set() or is_deriving(main)):
+            if not ended.is_set() and (not noticed.is_set() or deriving(main)):
                 say()
                 os._exit(code)
             noticed.clear()

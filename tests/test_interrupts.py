@@ -72,7 +72,7 @@ def test_command_whose_interrupt_was_swallowed_says_so(monkeypatch, capsys):
 INTERRUPTED = """
 import ctypes, os, signal, sys, threading, time
 from painleve_sym.interrupts import ended_by_interrupts
-from painleve_sym.time_limit import within_time
+from painleve_sym.time_limit import is_deriving, within_time
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
@@ -86,7 +86,7 @@ def deaf():
         except KeyboardInterrupt:
             pass
 
-with ended_by_interrupts(130, lambda: print("ended", flush=True)):
+with ended_by_interrupts(130, lambda: print("ended", flush=True), is_deriving):
     within_time("a test", deaf)
 print("computed to the end")
 """
@@ -104,7 +104,7 @@ def test_interrupt_within_a_library_ends_a_command(words):
 
 def test_interrupt_that_python_notices_is_an_exception():
     before = signal.getsignal(signal.SIGINT)
-    with pytest.raises(KeyboardInterrupt), ended_by_interrupts(130, pytest.fail):
+    with pytest.raises(KeyboardInterrupt), ended_by_interrupts(130, pytest.fail, bool):
         signal.raise_signal(signal.SIGINT)
         threading.Event().wait(5)
     assert signal.getsignal(signal.SIGINT) is before

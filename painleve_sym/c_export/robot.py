@@ -18,7 +18,7 @@ from painleve_sym.robots.tree import rotation_rpy
 from painleve_sym.version import __version__
 
 MAX_PREFIX = 40
-"""Letters of the prefix of C names: C tells names apart by 63."""
+"""Letters of the prefix of C names: C compares the first 63 of a name."""
 
 
 def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:

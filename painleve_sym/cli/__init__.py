@@ -10,12 +10,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
+from painleve_sym.cli.memory import require_address_space
 from painleve_sym.cli.parser import read_arguments, run_command
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning, shortened
 from painleve_sym.escape import terminal_text
 from painleve_sym.interrupts import ended_by_interrupts, noted_interrupts
-from painleve_sym.memory import require_address_space
 from painleve_sym.progress import show_progress
+from painleve_sym.time_limit import is_deriving
 
 EXIT_FAILURE, EXIT_USAGE = 1, 2
 # As a shell reports a program that ended by SIGINT or SIGPIPE.
@@ -54,7 +55,7 @@ def _standard_error() -> Iterator[None]:
 def _guarded(arguments: list[str]) -> int:
     try:
         output = redirect_stdout(_NamedOutput(sys.stdout))
-        ended = ended_by_interrupts(EXIT_INTERRUPTED, _say_interrupted)
+        ended = ended_by_interrupts(EXIT_INTERRUPTED, _say_interrupted, is_deriving)
         with output, show_progress(), ended, noted_interrupts() as check:
             given = read_arguments(arguments)
             require_address_space()
