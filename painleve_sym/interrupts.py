@@ -51,8 +51,8 @@ def ended_by_interrupts(
     A library that computes for long without a step of the interpreter, such as CasADi on long
     formulas, keeps the main thread from noticing Ctrl-C, or drops what its handler raises. A second
     thread learns of it at once. Where a second later the handler has not run, or the main thread,
-    whose number `deriving` takes, still derives formulas, it calls `say` and ends the process. For commands alone: a session of Python
-    would be lost.
+    whose number `deriving` takes, still derives formulas, it calls `say` and ends the process. For
+    commands alone: a session of Python would be lost.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
