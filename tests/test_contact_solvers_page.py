@@ -103,6 +103,16 @@ def test_kept_steps_agree_with_the_closed_form():
     assert signs == {True, False} and len(DATA["rows"]) == 2 * len(both)
 
 
+def test_opening_has_the_largest_differences_of_the_table():
+    text = " ".join(page.PAGES[0].read_text("utf-8").split())
+    assert page.PAGES[0].parent.name == "docs"
+    table = page.tables(DATA)["agreement"].splitlines()[2:]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
+    plain, regularized = (max(float(row[i]) for row in cells) for i in (3, 4))
+    assert f"in {sum(int(row[2]) for row in cells)} states: to {100 * plain:.1f} % as it" in text
+    assert regularized < 7e-4 and "to 7·10⁻⁴ with the regularization" in text
+
+
 def test_versions_are_those_of_the_requirements():
     pinned = dict(re.findall(r"(?m)^(\w+)==([\d.]+)", (FOLDER / "requirements.txt").read_text()))
     assert DATA["versions"] == {"MuJoCo": pinned["mujoco"], "Drake, SAP": pinned["drake"]}

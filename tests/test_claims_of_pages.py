@@ -1,0 +1,53 @@
+"""Statements of pages that no other test reads, beside what the package does."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+
+import painleve_sym as ps
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+
+
+def words(name):
+    """Return the text of a page on one line."""
+    return " ".join((DOCS / name).read_text("utf-8").split())
+
+
+def test_stability_is_promised_in_one_place_and_linked_from_the_others():
+    pages = [*DOCS.glob("*.md"), *DOCS.glob("*/*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    promise = re.compile(r"no promise|promises (no )?compatib|second name|keys? (that )?stay", re.I)
+    promising = {p.name for p in pages if promise.search(" ".join(p.read_text("utf-8").split()))}
+    assert promising == {"project.md"}
+    for page in ("api.md", "cli.md", "reference/json-keys.md"):
+        assert "project.md#stability" in words(page)
+    for path in ("CONTRIBUTING.md", ".github/PULL_REQUEST_TEMPLATE.md"):
+        assert "docs/project.md#stability" in (ROOT / path).read_text("utf-8")
+
+
+def test_notice_on_a_body_that_is_not_rigid_has_the_numbers_of_the_page():
+    run = ps.simulate("rod", "bilinear-hertz", material="steel", t_end=0.01)
+    (notice,) = (n for n in run.notices if "not rigid" in n)
+    contact, period = map(float, re.findall(r"([\d.]+) s\b", notice)[:2])
+    shown = f"the contact lasts {1e3 * contact:g} ms and the first bending period of the bar is"
+    assert f"{shown} {period:g} s" in words("mechanisms.md")
+
+
+def test_counts_and_limits_of_pages_are_those_of_the_package():
+    numbers = {13: "thirteen", 14: "fourteen", 15: "fifteen", 16: "sixteen", 17: "seventeen"}
+    files = len(list((ROOT / "examples" / "mechanisms").glob("*.toml")))
+    assert f"`examples/mechanisms` holds {numbers[files]}." in words("mechanisms.md")
+    limits = inspect.signature(ps.simulate).parameters
+    assert (limits["max_steps"].default, limits["max_events"].default) == (1_000_000, 100_000)
+    assert "`painleve simulate` ends after 10⁶ steps or 10⁵ events" in words("explorer.md")
+
+
+def test_pages_on_bars_say_of_which_end_their_thresholds_are():
+    opening = words("rigid-rod.md").split("## Assumptions")[0]
+    assert "for an end of radius 0" in opening
+    assert "end of radius 0" in words("experiments.md").split("## Assumptions")[0]
+    paper = " ".join((ROOT / "paper" / "elastic-bar.md").read_text("utf-8").split())
+    assert "end of radius 0" in paper.split("# Introduction")[0]
