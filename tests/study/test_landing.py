@@ -378,6 +378,25 @@ def test_slip_of_a_rigid_bounce_is_that_of_scipy(mu):
     assert least == pytest.approx(mu, rel=1e-3)
 
 
+def test_words_on_modes_and_materials_have_the_numbers_of_the_tables():
+    words = " ".join(PAGE.split())
+    kept = json.loads((FOLDER / "rigid-rod.json").read_text("utf-8"))["thresholds"]["angle"]
+    rows = {r["theta"]: r for r in kept}
+    parts = {round(100 * (r["rigid"] - r["1,0"]) / (r["rigid"] - r["all"]))
+             for r in rows.values()}  # fmt: skip
+    assert len(parts) == 1 and f"One bending mode makes {parts.pop()} % of" in words
+    most = max(r["20,20"] / r["all"] - 1 for r in rows.values())
+    assert f"20,20 modes are within {math.ceil(1000 * most) / 10:.1f} % of all" in words
+    grids = {n: np.min(grid, axis=1) for n, grid in DATA["maps"]["landing"].items()}
+    falls = 100 * (1 - grids["wood"] / grids["steel"])
+    assert f"the landing falls by {min(falls):.0f} to {max(falls):.0f} %" in words
+    rubber = ps.material("rubber")
+    bar = theory.round_bar(50, density=rubber.density, modulus=rubber.young_modulus,
+                           poisson=rubber.poisson_ratio)  # fmt: skip
+    time = study.contact_time(study.Modes(bar, 0, 0), study.hertz(bar, bar.radius))
+    assert f"its contact time is {1e3 * time:.0f} ms at 50 diameters" in words
+
+
 def test_short_bars_grow_by_their_damping_alone():
     """At 10 diameters the growth is proportional to ζ, at 20 it is not."""
     rates = {}
