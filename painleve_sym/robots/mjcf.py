@@ -397,7 +397,9 @@ def _joints(body: Element, reading: _Reading, childclass: str) -> list[tuple[Joi
             stiffness=_passive(full, s, "stiffness", "spring"),
             spring_reference=angle(one_number(full, "springref", s.where, 0.0)),
             damping=_passive(full, s, "damping", "damper", damping),
-            friction=one_number(full, "frictionloss", s.where, 0.0),
+            friction=0.0
+            if "frictionloss" in s.off
+            else one_number(full, "frictionloss", s.where, 0.0),
         )
         joints.append((joint, p + R @ s.position(full)))
     return joints

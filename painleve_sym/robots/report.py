@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.equality import Compared
+from painleve_sym.errors import InputError
 from painleve_sym.robots.contact_mechanism import CAVEATS
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
 from painleve_sym.robots.contact_subject import ContactSubject
@@ -76,5 +77,25 @@ def risk_report(contact: RobotContact, mu: float | None, count: int | None = Non
         distribution,
         share,
         units,
-        (*contact.dynamics.notices, " ".join(CAVEATS)),
+        (*contact.dynamics.notices, *_limits_of_friction(contact, risk), " ".join(CAVEATS)),
+    )
+
+
+def _limits_of_friction(contact: RobotContact, risk: ContactRisk) -> tuple[str, ...]:
+    """Return a notice with both limits of joints with dry friction: they move, or are held."""
+    dynamics = contact.dynamics
+    dry = dynamics.tree.dry_joints - dynamics.locked
+    if not dry:
+        return ()
+    locked = dynamics.locked | dry
+    held = "nothing moves"
+    if dynamics.tree.floating or set(dynamics.tree.joints) - locked:
+        other = replace(contact, dynamics=replace(dynamics, locked=locked))
+        try:
+            held = f"mu_P = {other.risk().mu_P:.6g}"
+        except InputError:
+            held = "the contact cannot move along its normal"
+    return (
+        f"Joints with dry friction ({len(dry)}): mu_P = {risk.mu_P:.6g} where they move freely, "
+        f"which all numbers here are for; where their friction holds them, {held}.",
     )

@@ -227,6 +227,13 @@ class RobotTree:
         return {j.name: j for j in joints if j is not None and j.mimic is None}
 
     @cached_property
+    def dry_joints(self) -> frozenset[str]:
+        """Names of the joints that have dry friction, or that one follows which has it."""
+        joints = (body.joint for body in self.bodies)
+        dry = (j for j in joints if j is not None and j.friction > 0)
+        return frozenset(j.mimic.joint if j.mimic else j.name for j in dry)
+
+    @cached_property
     def definition(self) -> str:
         """All that dynamics is derived from, as one text."""
         bodies = [

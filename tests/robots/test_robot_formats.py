@@ -11,6 +11,7 @@ import pytest
 import painleve_sym as ps
 from painleve_sym.errors import InputError
 from painleve_sym.robots.formats import DRIVES, MJCF, URDF, Rule, Use, rule
+from painleve_sym.robots.report import risk_report
 
 HERE = Path(__file__).parent
 SCHEMA = dict(
@@ -222,6 +223,20 @@ def test_dry_friction_of_a_urdf_is_a_notice_with_both_limits(tmp_path):
     notices = ps.robot(HERE / "files" / "mimics.urdf").tree.notices
     assert len(notices) == 1 and "joint 'close' (friction = 0.02)" in notices[0]
     assert "freely" in notices[0] and "--locked" in notices[0]
+
+
+def test_report_has_both_limits_of_dry_friction(tmp_path):
+    free = '<joint name="a" axis="0 1 0"/><joint name="z" type="slide" axis="0 0 1"/>'
+    dry = '<joint name="s" axis="0 1 0" frictionloss="{}"/><geom name="h" size="0.1" mass="2" '
+    text = mjcf(f'{free}{SOLID}<body pos="0.2 0 -0.1">{dry}pos="0.1 0 -0.3"/></body>')
+    robot = read(tmp_path, text.format(1))
+    contact = robot.contact("h")
+    free, held = contact.risk().mu_P, robot.contact("h", locked="s").risk().mu_P
+    notice = risk_report(contact, None, 10).notices[-2]
+    assert f"mu_P = {free:.6g} where they move freely" in notice
+    assert notice.endswith(f"holds them, mu_P = {held:.6g}.") and held != free
+    assert len(risk_report(robot.contact("h", locked="s"), None, 10).notices) == 2
+    assert len(risk_report(read(tmp_path, text.format(0)).contact("h"), None, 10).notices) == 1
 
 
 def test_flags_switch_gravity_and_passive_forces_off(tmp_path):
