@@ -3,9 +3,11 @@
     python examples/studies/robots/robots.py [--quick] [--out FOLDER]
 
 Each robot of the package example-robot-data (pip install example-robot-data) stands in its pose
-on a level floor, and one of its contacts is judged: mu_P, its least value over all surface normals,
-and the share of random poses within joint limits with mu_P below 0.8. It prints the table of the
-page "Is my robot's foot at risk?", and writes robots.json with full precision.
+on a level floor, and one of its contacts is judged: mu_P at the origin of its frame and, where the
+file has a ball as the shape of the foot, at the lowest point of that ball; its least value over all
+surface normals, and the share of random poses within joint limits with mu_P below 0.8, at the
+lowest point where there is one. It prints the table of the page "Is my robot's foot at risk?", and
+writes robots.json with full precision.
 """
 
 from __future__ import annotations
@@ -16,6 +18,8 @@ import sys
 import sysconfig
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -107,26 +111,53 @@ def data_folder() -> Path | None:
     return next((p / inner for p in places if (p / inner).is_dir()), None)
 
 
-def contact_of(case: Case, folder: Path) -> ps.RobotContact:
-    """Return the contact of a case."""
+def ball_of(case: Case, folder: Path) -> tuple[list[float], float] | None:
+    """Return centre in the frame, m, and radius of the ball that is the shape of a foot."""
+    root = ElementTree.parse(folder / case.file).getroot()
+    link = next(e for e in root.iter("link") if e.get("name") == case.frame)
+    for shape in link.iterfind("collision"):
+        if (ball := shape.find("geometry/sphere")) is not None:
+            origin = shape.find("origin")
+            place = "0 0 0" if origin is None else origin.get("xyz", "0 0 0")
+            return [float(v) for v in place.split()], float(ball.get("radius", ""))
+    return None
+
+
+def contact_of(case: Case, folder: Path, lowest: bool = False) -> ps.RobotContact:
+    """Return the contact of a case, at the origin of its frame, or at its lowest point."""
     poses = None if case.srdf is None else folder / case.srdf
     robot = ps.robot(folder / case.file, floating=case.floating, srdf=poses)
-    return robot.contact(case.frame, pose=case.pose, joints=case.joints)
+    ball = ball_of(case, folder) if lowest else None
+    place = {} if ball is None else {"point": ball[0], "radius": ball[1]}
+    return robot.contact(case.frame, pose=case.pose, joints=case.joints, **place)
 
 
 def row(case: Case, folder: Path, poses: int) -> dict[str, object]:
     """Return the numbers of a case."""
-    contact = contact_of(case, folder)
+    at_frame, ball = contact_of(case, folder).risk(MU), ball_of(case, folder)
+    contact = contact_of(case, folder, lowest=True)
     risk = contact.risk(MU)
     thresholds = contact.thresholds(contact.random_poses(poses))
     return {
         "robot": case.title,
         "contact": case.frame,
         "pose": case.words,
-        "mu_P": risk.mu_P,
+        "mu_P_at_frame": at_frame.mu_P,
+        "mu_P_lowest": None if ball is None else risk.mu_P,
         "least_over_normals": risk.least_over_normals,
         "share_at_risk": float(np.mean(thresholds < MU)),
     }
+
+
+def cells(row: dict[str, Any]) -> tuple[str, ...]:
+    """Return the numbers of a row of the table."""
+    lowest = row["mu_P_lowest"]
+    return (
+        f"{row['mu_P_at_frame']:.3f}",
+        "" if lowest is None else f"{lowest:.3f}",
+        f"{row['least_over_normals']:.3f}",
+        f"{row['share_at_risk']:.0%}",
+    )
 
 
 def main() -> None:
@@ -141,11 +172,11 @@ def main() -> None:
         return
     cases, poses = (CASES[:2], 200) if arguments.quick else (CASES, 5000)
     rows = [row(case, folder, poses) for case in cases]
-    print(f"| robot | contact | pose | mu_P | least over normals | poses with mu_P < {MU} |")
-    print("|---|---|---|---|---|---|")
+    print("| robot | contact | pose | mu_P at the frame | at the lowest point | ", end="")
+    print(f"least over normals | poses with mu_P < {MU} |")
+    print("|---|---|---|---|---|---|---|")
     for r in rows:
-        cells = (f"{r['mu_P']:.3f}", f"{r['least_over_normals']:.3f}", f"{r['share_at_risk']:.0%}")
-        print(f"| {r['robot']} | `{r['contact']}` | {r['pose']} | {' | '.join(cells)} |")
+        print(f"| {r['robot']} | `{r['contact']}` | {r['pose']} | {' | '.join(cells(r))} |")
     out = Path(arguments.out)
     out.mkdir(parents=True, exist_ok=True)
     (out / "robots.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
