@@ -95,12 +95,14 @@ def robot(arguments: argparse.Namespace) -> int:
         poses = ", ".join(one.tree.poses)
         more = f"; --pose takes {poses}" if poses else ""
         show(f"pose: every joint at 0 or at the limit nearest to it{more}")
+    *of_file, caveats = report.notices
+    show_notices(of_file)
     _show(report)
     if solved is not None:
         _show_answer(solved)
     if motion is not None:
         _show_motion(motion)
-    show_notices(report.notices)
+    show_notices([caveats])
     for path in (picture, page, code):
         if path is not None:
             show(f"written: {path}")
