@@ -247,6 +247,16 @@ MJCF: Table = {
 """MuJoCo 4, with what older files have. In bodies, paths begin with ``body``, however deep."""
 
 _POSE = "xyz rpy quat_xyzw"
+_GAZEBO = _notice("Elements of Gazebo are not read: {names}.")
+_GAZEBO_FORCES = (
+    "springReference springStiffness implicitSpringDamper dampingFactor turnGravityOff gravity "
+    "kinematic static plugin joint link gripper velocity_decay"
+)
+_GAZEBO_CONTACT = (
+    "material visual sensor collision selfCollide self_collide maxContacts mu mu1 mu2 kp kd fdir1 "
+    "minDepth maxVel laserRetro provideFeedback preserveFixedJoint disableFixedJointLumping "
+    "disable_fixed_joint_lumping stopCfm stopErp cfmDamping fudgeFactor"
+)
 URDF: Table = {
     "robot": _element("name", "version"),
     "robot/link": _element("name", "type"),
@@ -272,9 +282,9 @@ URDF: Table = {
     "robot/transmission": _NONE,
     "robot/sensor": _NONE,
     "robot/ros2_control": _NONE,
-    "robot/gazebo": _notice(
-        "Elements of Gazebo are not read, neither springs, frictions nor joints: {names}."
-    ),
+    "robot/gazebo": _element("reference"),
+    **dict.fromkeys((f"robot/gazebo/{tag}" for tag in _GAZEBO_CONTACT.split()), _NONE),
+    **dict.fromkeys((f"robot/gazebo/{tag}" for tag in _GAZEBO_FORCES.split()), _GAZEBO),
     "robot/mujoco": _notice(
         "Settings of MuJoCo are not read, neither bounds of inertias nor total mass: {names}."
     ),
@@ -331,7 +341,7 @@ def review(
     off : iterable of str
         Flags of what the file switches off.
     """
-    concerned: dict[str, list[str]] = {}
+    concerned: dict[str, dict[str, None]] = {}
     unknown: dict[str, None] = {}
     for path, element, name in elements:
         whole = rule(table, path)
@@ -352,7 +362,7 @@ def review(
             if own.use is Use.REJECTED:
                 raise InputError(f"{where}: {own.sentence.format(names=name)}")
             if own.use is Use.NOTICE:
-                concerned.setdefault(own.sentence, []).append(said)
+                concerned.setdefault(own.sentence, {})[said] = None
     notices = [s.format(names=_listed(names)) for s, names in concerned.items()]
     if unknown:
         notices.append(f"Not read, since it is part of no list of the format: {_listed(unknown)}.")

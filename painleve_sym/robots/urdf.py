@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from painleve_sym.errors import InputError, refuse_unknown
+from painleve_sym.errors import InputError, refuse_unknown, shortened
 from painleve_sym.robots.formats import URDF, called, paths, review
 from painleve_sym.robots.tree import (
     MASSLESS,
@@ -128,6 +128,8 @@ def _notices(root: Element, where: str) -> tuple[str, ...]:
 
 
 def _called(element: Element, parent: Element) -> str:
+    if parent.tag == "gazebo":
+        return f"<{element.tag}> of {shortened(parent.get('reference', 'the robot'), 80)}"
     named = element if element.get("name") or not parent.get("name") else parent
     return called(named)
 
