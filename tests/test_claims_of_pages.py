@@ -6,6 +6,10 @@ import inspect
 import re
 from pathlib import Path
 
+import numpy as np
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
 import painleve_sym as ps
 
 ROOT = Path(__file__).parents[1]
@@ -51,3 +55,29 @@ def test_pages_on_bars_say_of_which_end_their_thresholds_are():
     assert "end of radius 0" in words("experiments.md").split("## Assumptions")[0]
     paper = " ".join((ROOT / "paper" / "elastic-bar.md").read_text("utf-8").split())
     assert "end of radius 0" in paper.split("# Introduction")[0]
+
+
+@given(
+    st.tuples(*[st.floats(-1, 1)] * 4),
+    st.floats(0.05, 3),
+    st.floats(1.05, 3),
+    st.floats(0.02, 0.98),
+)
+def test_static_friction_leaves_stick_and_slip_where_the_free_contact_closes(root, mu, ratio, at):
+    """Sticking needs a force between μ F_n and μ_s F_n; the slip solves the problem, too."""
+    A = np.array(root).reshape(2, 2)
+    W = A @ A.T
+    assume(W[0, 0] * W[1, 1] - W[0, 1] ** 2 > 1e-3)
+    needed = mu * (1 + at * (ratio - 1))
+    b = -W @ [1.0, needed]  # sticking has F_n = 1, F_t between both
+    assume(b[0] < -1e-3)
+    normal = -b[0] / (W[0, 0] + mu * W[0, 1])
+    acceleration = W[1, 0] * normal + W[1, 1] * mu * normal + b[1]
+    assert normal > 0 and acceleration < 0  # against its friction
+
+
+def test_static_friction_can_leave_stick_alone_where_the_free_contact_opens():
+    W = np.array([[1.0, -1.0], [-1.0, 2.0]])
+    b = -W @ [1.0, 1.2]
+    assert b[0] > 0 and -b[0] / (W[0, 0] + 0.8 * W[0, 1]) < 0
+    assert "(b_n < 0)" in words("friction-laws.md")

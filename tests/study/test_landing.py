@@ -362,6 +362,11 @@ def test_window_has_no_part_in_the_landing_of_a_bar():
                      for name in ("rigid rod, 6 ms", "landing of the rigid rod"))  # fmt: skip
     assert "it needs {:.4f} at θ = 1 and {:.4f} at 1.4 ".format(*within) in words
     assert "instead of {:.4f} and {:.4f}".format(*first) in words
+    leaning = [r for r in DATA["angles"] if r["theta"] < 1.45]
+    low, high = ([f(r["landing 48,24"] / r[name] for r in leaning) for name in (
+        "rigid rod, 6 ms", "landing of the rigid rod")] for f in (min, max))  # fmt: skip
+    ends = "is {:.2f} to {:.2f} instead of {:.2f} to {:.2f}"
+    assert ends.format(low[0], high[0], low[1], high[1]) in words
 
 
 @pytest.mark.parametrize("mu", [0.9, 1.3])
