@@ -63,6 +63,20 @@ def _derived(name: str) -> tuple[str, str]:
     return f"{name}_dot", f"torque_{name}"
 
 
+def first_tangent(normal: Array) -> Array:
+    """Return the unit vector t1 of surfaces: the axis x along them, y where the normal is nearly x.
+
+    Parameters
+    ----------
+    normal : ndarray, shape (3, ...)
+        Unit vectors.
+    """
+    steep = np.abs(normal[0]) > 0.9
+    axis = np.stack([~steep, steep, np.zeros_like(steep)]).astype(float)
+    along = axis - np.sum(axis * normal, axis=0) * normal
+    return np.asarray(along / np.linalg.norm(along, axis=0))
+
+
 @dataclass(frozen=True, eq=False)
 class ContactPoint:
     """A contact of a robot with its surroundings.

@@ -20,7 +20,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.files import read_text
 from painleve_sym.mechanics.declarations import TIME_NAME
-from painleve_sym.robots.dynamics import BASE, MAX_LISTED, NORMAL, TANGENT
+from painleve_sym.robots.dynamics import BASE, MAX_LISTED, NORMAL, TANGENT, first_tangent
 from painleve_sym.robots.robot_contact import RobotContact
 
 MAX_BYTES = 200_000_000
@@ -34,6 +34,8 @@ _RELATIONS: Mapping[str, Callable[[Any, float], Any]] = {
     ">": operator.gt,
     ">=": operator.ge,
 }
+SHORTEST_NORMAL = 1e-10
+"""Length of a normal below which it has no direction."""
 _ROUNDED = 1e-6
 """By how much a logged value may pass a limit of its joint, rad or m: logs are rounded."""
 
@@ -124,8 +126,9 @@ def read_motion(
     """Return the motion of a CSV file with the time ``t``, joint values, velocities and torques.
 
     A velocity is called as its joint with ``_dot``, a torque as its joint after ``torque_``; the
-    base of a floating robot has ``base_roll`` and others, too. A unit in brackets must be SI. Other
-    columns are not read, and a notice names them.
+    base of a floating robot has ``base_roll`` and others, too. ``normal_x``, ``normal_y`` and
+    ``normal_z`` together are the normal of the surface at each sample, in the axes of the world, of
+    any length. A unit in brackets must be SI. Other columns are not read, and a notice names them.
 
     Parameters
     ----------
@@ -162,8 +165,11 @@ def read_motion(
     known = [name for name, _ in map(_named, header)]
     if touching is not None and touching.name not in (*known, HEIGHT):
         refuse_unknown("column", touching.name, [*known, HEIGHT], f"{where}: touching")
+    values |= (normals := _normals(columns, names, where))
     closed = None if touching is None else _closed(touching, columns, contact, values, where)
     notices = _unread(header, read, names) + _missing(contact, values, closed is None)
+    if normals:
+        notices.insert(0, "The normal at each sample is that of the log, scaled to unit length.")
     return Motion(t, values, closed, tuple(notices))
 
 
@@ -213,6 +219,8 @@ def _read_columns(
     """Return the places of the columns that are read, by name."""
     read: dict[str, int] = {}
     wanted = {*names} if touching is None else {*names, touching.name}
+    if {*NORMAL} <= {name for name, _ in map(_named, header)}:
+        wanted |= {*NORMAL}
     for k, cell in enumerate(header):
         name, unit = _named(cell)
         if name not in wanted:
@@ -277,6 +285,19 @@ def _check_limits(contact: RobotContact, values: Mapping[str, Array], t: Array, 
         if outside.any():
             k = int(np.argmax(outside))
             raise InputError(f"{where}: sample {k + 1}, t = {t[k]:g} s: {joint.fault(float(q[k]))}")
+
+
+def _normals(columns: Mapping[str, Array], names: Collection[str], where: str) -> dict[str, Array]:
+    """Return normals of the surface and tangents, where the log has them; joints come first."""
+    if not {*NORMAL} <= {*columns} - {*names}:
+        return {}
+    normal = np.array([columns[name] for name in NORMAL])
+    length = np.linalg.norm(normal, axis=0)
+    if not (length > SHORTEST_NORMAL).all():
+        k = int(np.argmin(length))
+        raise InputError(f"{where}: sample {k + 1}: the normal is 0, need a vector of some length.")
+    normal = normal / length
+    return dict(zip((*NORMAL, *TANGENT), (*normal, *first_tangent(normal)), strict=True))
 
 
 def _closed(

@@ -13,10 +13,24 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, checked_values, names_of, number
 from painleve_sym.errors import InputError, received, refuse_unknown, unknown_name
-from painleve_sym.robots.dynamics import BASE, NORMAL, TANGENT, ContactPoint, RobotDynamics
+from painleve_sym.robots.dynamics import (
+    BASE,
+    NORMAL,
+    TANGENT,
+    ContactPoint,
+    RobotDynamics,
+    first_tangent,
+)
 from painleve_sym.robots.robot_contact import RobotContact
 from painleve_sym.robots.robot_file import read_robot
-from painleve_sym.robots.tree import Joint, Pose, RobotTree, rotation_quaternion, unit_vector
+from painleve_sym.robots.tree import (
+    Joint,
+    Pose,
+    RobotTree,
+    cleaned,
+    rotation_quaternion,
+    unit_vector,
+)
 from painleve_sym.robots.urdf import srdf_poses
 from painleve_sym.units import Value
 
@@ -133,9 +147,7 @@ class Robot:
         at |= {dynamics.coordinates[name]: value for name, value in values.items()}
         if tree.floating:
             at |= dict(zip(BASE[3:], base.tolist(), strict=True))
-        # The first tangent is the axis x as the surface sees it, where that is not its normal.
-        along = np.array([0.0, 1.0, 0.0] if abs(axis[0]) > 0.9 else [1.0, 0.0, 0.0])
-        along = unit_vector(along - (along @ axis) * axis, where)
+        along = cleaned(first_tangent(axis))
         at |= dict(zip(NORMAL, axis.tolist(), strict=True))
         at |= dict(zip(TANGENT, along.tolist(), strict=True))
         stuck = others == "stuck" and len(names) > 1

@@ -145,7 +145,7 @@ def test_threshold_of_rounding_is_infinite_in_the_code(tmp_path):
     path.write_text(
         f"""<robot name="slider"><link name="world"/><link name="foot">{inertial}</link>
     <joint name="z" type="prismatic"><parent link="world"/><child link="foot"/>
-    <axis xyz="1e-17 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+    <axis xyz="1e-14 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
     )
     export_risk(ps.robot(path).contact("foot"), tmp_path / "c")
     printed = subprocess.run([built(tmp_path / "c")], capture_output=True, text=True).stdout

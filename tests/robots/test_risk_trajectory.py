@@ -85,7 +85,7 @@ def test_columns_that_are_not_of_the_robot_are_named_and_not_read(tmp_path):
     foot = ps.robot(ROBOTS / "quadruped.urdf").contact("LF_foot", pose="standing")
     path = log(
         tmp_path,
-        "t,LF_KFE,normal_x,normal_y,normal_z,mu,note\n0,-1.4,0.6,0,0.8,9,a\n1,-1.4,1,0,0,,\n",
+        "t,LF_KFE,normal_x,normal_z,tangent_x,mu,note\n0,-1.4,0.6,0.8,2,9,a\n1,-1.4,1,0,0,,\n",
     )
     motion = read_motion(path, foot)
     assert list(motion.values) == ["LF_KFE"]
@@ -94,7 +94,7 @@ def test_columns_that_are_not_of_the_robot_are_named_and_not_read(tmp_path):
     )
     assert risk_along(foot, motion).mu_P == pytest.approx([expected.risk().mu_P] * 2, rel=1e-12)
     unread, kept, *_ = motion.notices
-    assert "'normal_x', 'normal_y', 'normal_z', 'mu', 'note'" in unread and "--mu" in unread
+    assert "'normal_x', 'normal_z', 'tangent_x', 'mu', 'note'" in unread and "--mu" in unread
     assert "LF_HAA" in kept and "the value of the pose holds" in kept
 
 
@@ -253,3 +253,34 @@ def test_case_along_the_motion_is_that_of_mujocos_numbers():
         expected = acceleration[[2, 0, 1]]
         np.testing.assert_allclose(numbers.b[:, k], expected, rtol=1e-5, atol=1e-5)
         data.qpos[:], data.qvel[:] = start, v
+
+
+def test_normals_of_a_log_are_those_of_its_surfaces(tmp_path):
+    dog = ps.robot(ROBOTS / "quadruped.urdf")
+    foot = dog.contact("LF_foot", pose="standing")
+    normals = [(0.6, 0, 0.8), (3, 0, 4), (0.95, 0.1, -0.2)]
+    rows = "\n".join(f"{k},-1.4,{x},{y},{z}" for k, (x, y, z) in enumerate(normals))
+    path = log(tmp_path, f"t,LF_KFE,normal_x,normal_y,normal_z\n{rows}\n")
+    motion = read_motion(path, foot)
+    along = risk_along(foot, motion)
+    alone = [dog.contact("LF_foot", pose="standing", normal=n).risk() for n in normals]
+    assert along.mu_P == pytest.approx([risk.mu_P for risk in alone], rel=1e-12)
+    assert along.mu_P[0] == pytest.approx(5.614, abs=5e-4)
+    assert motion.notices[0].startswith("The normal at each sample is that of the log")
+    path = log(tmp_path, "t,LF_KFE,normal_x,normal_y,normal_z\n0,-1.4,0,0,0\n")
+    with pytest.raises(InputError, match="sample 1: the normal is 0"):
+        read_motion(path, foot)
+
+
+def test_joints_called_like_a_normal_are_joints_in_a_log(tmp_path):
+    text = (ROBOTS / "quadruped.urdf").read_text()
+    for leg, part in zip(("HAA", "HFE", "KFE"), "xyz", strict=True):
+        text = text.replace(f"LF_{leg}", f"normal_{part}")
+    path = tmp_path / "dog.urdf"
+    path.write_text(text)
+    motion = log(tmp_path, "t,normal_x,normal_y,normal_z\n0,0.1,0.7,-1.4\n")
+    foot = ps.robot(path).contact("LF_foot")
+    joints = {"LF_HAA": 0.1, "LF_HFE": 0.7, "LF_KFE": -1.4}
+    plain = ps.robot(ROBOTS / "quadruped.urdf").contact("LF_foot", joints=joints)
+    mu_P = risk_along(foot, read_motion(motion, foot)).mu_P
+    assert mu_P == pytest.approx([plain.risk().mu_P], rel=1e-12)
