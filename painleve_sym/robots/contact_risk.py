@@ -66,12 +66,12 @@ class ContactRisk(Compared):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; infinite numbers are None."""
         return {
-            "W": self.W.tolist(),
+            "W": (self.W + 0.0).tolist(),
             "mu_P": finite(self.mu_P),
             "sector": {"direction": finite(self.direction), "half_angle": self.half_angle},
-            "worst_direction": [finite(v) for v in self.worst_direction.tolist()],
+            "worst_direction": [finite(v + 0.0) for v in self.worst_direction.tolist()],
             "least_over_normals": finite(self.least_over_normals),
-            "gradient": {n: finite(g) for n, g in self.gradient.items()},
+            "gradient": {n: finite(g + 0.0) for n, g in self.gradient.items()},
             "impact": None if self.impact is None else plain_fields(self.impact, *_IMPACT),
         }
 

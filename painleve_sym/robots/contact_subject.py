@@ -39,7 +39,7 @@ class ContactSubject:
         """Return plain data: SI units, the names of joints those of the file."""
         dynamics, tree = self.dynamics, self.dynamics.tree
         first, *others = dynamics.contacts
-        normal, tangent, across = self.axes.tolist()
+        normal, tangent, across = (self.axes + 0.0).tolist()
         own = dynamics.coordinates
         return {
             "file": self.file,
@@ -53,8 +53,8 @@ class ContactSubject:
             "tangents": [tangent, across],
             "others": {c.frame: "stuck" if self.stuck else "free" for c in others},
             "pose": self.pose,
-            "joints": {name: float(self.values[own[name]]) for name in tree.joints},
-            "base_angles": [float(self.values[n]) for n in BASE[3:]] if tree.floating else None,
+            "joints": {name: float(self.values[own[name]]) + 0.0 for name in tree.joints},
+            "base_angles": [self.values[n] + 0.0 for n in BASE[3:]] if tree.floating else None,
             "locked": [name for name in tree.joints if name in dynamics.locked],
             "armature": {n: j.armature for n, j in tree.joints.items() if j.armature},
             "gravity": tree.gravity.tolist(),
@@ -89,13 +89,14 @@ class ContactSubject:
 
     @property
     def sentence(self) -> str:
-        """Return file, base, contact, surface and locked joints in words."""
+        """Return file, base, contacts, surface and locked joints in words."""
         data, rows = self.to_dict(), dict(self.rows)
         locked = f" Locked: {rows['locked']}." if data["locked"] else ""
+        others = f" Other contacts: {rows['others']}." if data["others"] else ""
         armature = f" Rotor inertia: {rows['armature']}." if data["armature"] else ""
         return (
             f"Robot of {rows['file']}. {rows['base']} Contact {rows['contact']}; "
-            f"normal {rows['normal']}.{locked}{armature}"
+            f"normal {rows['normal']}.{others}{locked}{armature}"
         )
 
 

@@ -84,6 +84,13 @@ def test_other_commands_say_of_what_they_are(capsys, command):
     subject = run_json(capsys, command, *PLACE, *SLIP, *options)["notices"][0]
     assert subject.startswith(f"Robot of {DOG}. The base is taken to float")
     assert "Contact LF_foot, point (0, 0, 0) m of its frame; normal (0, 0, 1)" in subject
+    assert "Other contacts" not in subject and "Locked" not in subject
+
+
+def test_other_commands_name_other_contacts_and_locked_joints(capsys):
+    more = ("--contact", "LF_foot,RF_foot", "--others", "stuck", "--locked", "RH_KFE")
+    subject = run_json(capsys, "classify", *PLACE, *more)["notices"][0]
+    assert "Other contacts: RF_foot stuck. Locked: RH_KFE." in subject
 
 
 def test_rounding_is_no_number(capsys, tmp_path):
