@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 from scipy.optimize import brentq
 
+import painleve_sym as ps
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify, contact_problem
 from painleve_sym.errors import InputError, PainleveWarning
@@ -484,6 +485,46 @@ def test_a_zero_line_that_A_and_B_share_is_one_line_and_no_crossing(tmp_path):
     np.testing.assert_allclose(regions.crossings, expected, rtol=1e-12)
     regions.save(tmp_path / "map.npz")
     assert RegionMap.load(tmp_path / "map.npz").shared_zeros == regions.shared_zeros
+
+
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_crossing_of_A_and_B_has_four_cases_around_it():
+    """Each combination of signs is next to it, however near; a false crossing lacks some."""
+    options = {"ranges": {"theta": (0.1, 3.04), "mu": (0.0, 2.0)}, "points": 101}
+    (theta, mu), *more = region_map("strut", ("theta", "mu"), **options).crossings.tolist()
+    assert not more
+    for width in (1e-2, 1e-4):
+        ranges = {"theta": (theta - width, theta + width), "mu": (mu - width, mu + width)}
+        near = region_map("strut", ("theta", "mu"), ranges=ranges, points=11)
+        cases = ("slip", "liftoff", "inconsistent", "indeterminate")
+        assert all(near.counts[name] >= 5 for name in cases)
+        assert sum(near.counts[name] for name in cases) == 121
+        assert near.shared_zeros == []
+        np.testing.assert_allclose(near.crossings, [[theta, mu]], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("beyond", "count"), [(0.01, 0), (-0.01, 1)])
+def test_crossing_outside_the_domain_is_none(beyond, count):
+    theta = math.asin(9.8 / 3.4**2)
+    mu = (4 + math.tan(theta) ** 2) / (3 * math.tan(theta))
+    rod = ps.models.rod()
+    own = {str(s): s for s in rod.system.mass_matrix.free_symbols}
+    # Both curves reach into the domain, whose border passes near the place where they cross.
+    margin = rod.contacts[0].friction - mu + own["theta"] - theta - beyond
+    half = ps.Mechanism(
+        "half rod",
+        "rod of a half plane of theta and mu",
+        "none",
+        rod.system,
+        rod.contacts,
+        domain=(ps.DomainBound(margin, "in its half plane"),),
+    )
+    ranges = {"theta": (0.5, 1.5), "mu": (0.5, 3.0)}
+    regions = region_map(
+        half, ("theta", "mu"), ranges=ranges, state={"theta_dot": 3.4}, points=40
+    )
+    assert all(len(curve) > 3 for curve in regions.curves.values())
+    assert len(regions.crossings) == count
 
 
 def test_a_map_follows_the_gap_where_the_contact_moves_with_an_axis():
