@@ -13,6 +13,8 @@ from painleve_sym.units import in_unit
 
 LARGEST = 1e100
 """Size limit of numbers that are given: products of three of them are in the range of doubles."""
+SMALLEST = 1 / LARGEST
+"""Size limit of numbers that must be positive, such as a mass, for the same reason."""
 SYMMETRY = 1e-9
 """Of the roots of the diagonal of a mobility: roundings of a mass-matrix inverse."""
 INDEFINITE = 1e-12

@@ -26,7 +26,7 @@ def print_json(data: Mapping[str, Any]) -> None:
     """Print one JSON object with full precision, ending in a newline.
 
     JSON has no nan and no infinity: each becomes null, and the key ``not_finite`` then maps its
-    place to what it was.
+    place to what it was. Zero has no sign.
     """
     lost: dict[str, str] = {}
     clean = _finite(to_plain(data), "", lost)
@@ -109,7 +109,9 @@ def _finite(value: Any, place: str, lost: dict[str, str]) -> Any:
         return str(value)
     if isinstance(value, list):
         return [_finite(v, f"{place}[{i}]", lost) for i, v in enumerate(value)]
-    if isinstance(value, float) and not math.isfinite(value):
+    if isinstance(value, float):
+        if math.isfinite(value):
+            return value + 0.0  # -0.0 is 0.0
         lost[place] = repr(value)
         return None
     return value

@@ -19,7 +19,7 @@ from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.classify_in_space import SpatialClassification, classified_in_space
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.contacts.inputs import place_of, refuse_place
+from painleve_sym.contacts.inputs import place_of, refuse_infinite, refuse_place
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.problem import ContactProblem
@@ -201,7 +201,9 @@ def contact_problem(
     The slip velocity of an only contact that is held as a state of its own (``slip_velocity`` of an
     event) is taken from there.
     """
-    numbers = Delassus.of(mechanism).at({**state, **parameters})
+    values = {**state, **parameters}
+    numbers = Delassus.of(mechanism).at(values)
+    refuse_infinite(mechanism, values, numbers)
     slip = numbers.slip_velocity
     if len(slip) == 1:
         slip = np.array([state.get("slip_velocity", slip[0])])
@@ -290,7 +292,12 @@ def _closed_at(place: Place) -> tuple[ContactNumbers, list[int]]:
     mechanism = place.mechanism
     numbers = Delassus.of(mechanism).at(place.values)
     refuse_place(place, numbers)
-    return numbers, closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
+    tolerances = (numbers.gap_tolerance + numbers.rate_tolerance).tolist()
+    unknown = [i for i, within in enumerate(tolerances) if not math.isfinite(within)]
+    refuse_infinite(mechanism, place.values, numbers.of_contacts(unknown))
+    closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
+    refuse_infinite(mechanism, place.values, numbers.of_contacts(closed))
+    return numbers, closed
 
 
 def planar_classification(place: Place) -> Classification:

@@ -14,9 +14,11 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, domain_margins
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.mechanism import Place
+from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.units import Value
 
+_EXTREME = 1e-50
+"""Size of a number, or of its inverse, whose products may be no numbers."""
 _SINGULAR = 1e-12
 """Part of the largest singular value of W below which another one is 0."""
 ROUND_OFF = 1e-14
@@ -182,6 +184,23 @@ def refuse_place(place: Place, at: ContactNumbers) -> None:
             f"state of {place.mechanism.name!r}: contact {contact.name!r} has no tangents here: "
             f"{fault}; got {received}. Fix: give {fix}another state or other parameters."
         )
+
+
+def refuse_infinite(
+    mechanism: Mechanism, values: Mapping[str, float], at: ContactNumbers
+) -> None:
+    """Raise InputError where W or b of contacts are not numbers, as of a mass of 1e-310 kg."""
+    if math.isfinite(sum(at.W.ravel().tolist()) + sum(at.b.tolist())):
+        return
+    if np.isfinite(at.W).all() and np.isfinite(at.b).all():
+        return
+    extreme = [n for n, v in values.items() if v and not _EXTREME < abs(v) < 1 / _EXTREME]
+    received = ", ".join(f"{n} = {values[n]!r}" for n in extreme or values)
+    raise InputError(
+        f"state of {mechanism.name!r}: got {received}, where the mobility of the contact or its "
+        "acceleration without contact forces is not a finite number. Fix: give another state, or "
+        "parameters nearer to 1 where they are that small or large."
+    )
 
 
 def _in_degrees(place: Place, names: Sequence[str]) -> str:

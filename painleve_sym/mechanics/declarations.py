@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from painleve_sym.checks import LARGEST, by_name, checked_values, size_text
+from painleve_sym.checks import LARGEST, SMALLEST, by_name, checked_values, size_text
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
@@ -153,9 +153,11 @@ class Parameter:
         """Return one sentence when `value` is not valid, else None."""
         above = value >= self.lower if self.lower_closed else value > self.lower
         below = value <= self.upper if self.upper_closed else value < self.upper
-        if above and below and abs(value) <= LARGEST:
+        tiny = self.lower == 0 and not self.lower_closed and 0 < value < SMALLEST
+        if above and below and abs(value) <= LARGEST and not tiny:
             return None
-        need = self.range_text + size_text(value)
+        size = f", of at least {SMALLEST:g}" if tiny else size_text(value)
+        need = self.range_text + size
         return f"parameter {self.name} ({self.meaning}): got {value!r}, need {need}."
 
     @property

@@ -103,7 +103,12 @@ CASES = [
     (("automaton", "rod", "--law", "hertz", "--format", "dot"), "graphviz"),
     (("reproduce", "--only", "no-such-item"), "unknown item 'no-such-item'"),
     ((*CRITICAL, "--law-set", "n=1e90"), "range of floating point"),
-    ((*CRITICAL, "--law-set", "n=1e-200"), "range of floating point"),
+    ((*CRITICAL, "--law-set", "n=1e-90"), "range of floating point"),
+    ((*CRITICAL, "--law-set", "n=1e-200"), "need a finite number with 0 < n, of at least 1e-100"),
+    (("classify", "rod", "--set", "m=1e-320"), "need a finite number with 0 < m, of at least 1e-100"),
+    (("classify", "brick", "--set", "m=1e-310"), "parameter m (mass): got 1e-310"),
+    (("jump", "brick", "--set", "b=5e-324"), "of at least 1e-100"),
+    (("map", "rod", "--over", "theta,mu", "--set", "l=1e-300"), "of at least 1e-100"),
 ]
 
 
@@ -116,6 +121,52 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, arguments, words):
     assert err.count("\n") == 1
     assert words in err
     assert "Traceback" not in err
+
+
+ANY_MASS = """
+[coordinates]
+x = { unit = "m", meaning = "place" }
+y = { unit = "m", meaning = "height" }
+a = { unit = "rad", meaning = "angle" }
+[parameters]
+m = { default = 1.0, unit = "kg", meaning = "mass, of which the file says no range" }
+mu = { default = 0.5, unit = "1", meaning = "friction coefficient" }
+[[bodies]]
+mass = "m"
+centre = ["x", "y"]
+inertia = "m"
+angle = "a"
+[[contacts]]
+name = "A"
+point = ["x - cos(a)", "y - sin(a)"]
+friction = "mu"
+[start]
+a = 1.0
+y = 0.8414709848078965
+x_dot = -1.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("command", "mass"),
+    [
+        ("classify", "1e-320"),
+        ("jump", "1e-320"),
+        ("critical", "1e-320"),
+        ("contrast", "1e-320"),
+        ("classify", "0"),
+        ("jump", "0"),
+    ],
+)
+def test_mobility_without_numbers_is_said_of_the_state(capsys, tmp_path, command, mass):
+    file = tmp_path / "any.toml"
+    file.write_text(ANY_MASS)
+    more = ("--law", "hunt-crossley") if command == "critical" else ()
+    code, out, err = run(capsys, command, str(file), "--set", f"m={mass}", *more)
+    assert code == 2 and out == "" and err.count("\n") == 1
+    assert "state of 'any': got" in err and f"m = {float(mass)!r}" in err
+    assert "is not a finite number" in err
+    assert not any(word in err for word in ("array", "Problem", "nan", "inf"))
 
 
 def test_several_faults_are_told_at_once(capsys):

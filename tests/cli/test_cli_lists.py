@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import runpy
 
+import numpy as np
 import pytest
 
 from painleve_sym.cli.output import number, print_json, show_table
@@ -280,10 +282,35 @@ def test_json_replaces_what_json_cannot_hold(capsys):
     assert data["not_finite"] == {"a": "nan", "b[1]": "-inf"}
 
 
-@pytest.mark.parametrize("value", [0.1, 1 / 3, 5e-324, 1.7976931348623157e308, -0.0])
+@pytest.mark.parametrize("value", [0.1, 1 / 3, 5e-324, 1.7976931348623157e308])
 def test_json_keeps_every_bit(capsys, value):
     print_json({"value": value})
     assert repr(json.loads(capsys.readouterr().out)["value"]) == repr(value)
+
+
+def test_zero_has_no_sign_in_json(capsys):
+    print_json({"a": -0.0, "b": [[1.0, -0.0], {"c": np.array([-0.0, -2.0])}]})
+    out = capsys.readouterr().out
+    assert "-0.0" not in out
+    assert json.loads(out) == {"a": 0.0, "b": [[1.0, 0.0], {"c": [0.0, -2.0]}]}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("classify", "rod-3d"),
+        ("jump", "brick", "--state", "z_C_dot=-1"),
+        ("map", "rod", "--over", "theta,mu", "--range", "theta=-0.0:1", "--points", "6"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_no_command_prints_a_negative_zero(capsys, tmp_path, command):
+    out = run(capsys, *command, "--json")[1]
+    assert out and not re.search(r"-0\.0\b(?!\d)", out)
+    if command[0] == "map":
+        file = tmp_path / "map.json"
+        run(capsys, *command, "--out", str(file))
+        assert not re.search(r"-0\.0\b(?!\d)", file.read_text())
 
 
 def test_table_aligns_columns_and_wraps_the_last(capsys):

@@ -13,7 +13,7 @@ from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbe
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.contacts.impact.path import in_each_direction
-from painleve_sym.contacts.inputs import ROUND_OFF, place_of, refuse_place
+from painleve_sym.contacts.inputs import ROUND_OFF, place_of, refuse_infinite, refuse_place
 from painleve_sym.contacts.local_mode import sign_of
 from painleve_sym.contacts.risk import slip_angle
 from painleve_sym.equality import Compared
@@ -245,6 +245,7 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     where, of = _where(mechanism), Delassus.of(mechanism)
     at, moves = of.whole_at(values)
     refuse_place(place, at)
+    refuse_infinite(mechanism, values, at)
     velocity = contact_velocity_at(mechanism, values, at, moves)
     v_n, *v_t = velocity
     if v_n > 0:

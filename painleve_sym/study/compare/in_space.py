@@ -19,7 +19,7 @@ from painleve_sym.contacts.friction_set import Disc
 from painleve_sym.contacts.impact.jump import JumpResult, contact_velocity_at
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.path import in_each_direction
-from painleve_sym.contacts.inputs import ROUND_OFF, refuse_place
+from painleve_sym.contacts.inputs import ROUND_OFF, refuse_infinite, refuse_place
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.errors import EventKind, InputError, StopReason
@@ -50,6 +50,7 @@ class SpatialCase(Case):
     def _whole(self) -> tuple[ContactNumbers, MotionNumbers]:
         at, moves = Delassus.of(self.mechanism).whole_at(self.place.values)
         refuse_place(self.place, at)
+        refuse_infinite(self.mechanism, self.place.values, at)
         gap = float(at.gap[0])
         if not abs(gap) <= at.gap_tolerance[0]:
             side = "inside the ground" if gap < 0 else "above the ground"

@@ -170,11 +170,11 @@ class RegionMap(Shown, Compared):
         return {
             **self.summary(),
             "legend": dict(LEGEND),
-            "values": {n: v.tolist() for n, v in zip(self.over, self.values, strict=True)},
+            "values": {n: (v + 0.0).tolist() for n, v in zip(self.over, self.values, strict=True)},
             "case": self.case.tolist(),
             "stick_feasible": self.stick_feasible.tolist(),
             **{name: _without_nan(getattr(self, name)) for name in grids},
-            "curves": {name: pieces.tolist() for name, pieces in self.curves.items()},
+            "curves": {n: (pieces + 0.0).tolist() for n, pieces in self.curves.items()},
         }
 
     # ---- files ----
@@ -218,7 +218,7 @@ class RegionMap(Shown, Compared):
 def _without_nan(array: Array | None) -> Any:
     if array is None:
         return None
-    plain = array.astype(object)
+    plain = (array + 0.0).astype(object)  # -0.0 is 0.0
     plain[~np.isfinite(array)] = None
     return plain.tolist()
 
