@@ -17,6 +17,7 @@ from painleve_sym.codegen.array_function import ArrayFunction, Selection
 from painleve_sym.codegen.compile import compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key
 from painleve_sym.errors import CompilerMissing, ModelError
+from painleve_sym.progress import progress
 from painleve_sym.time_limit import within_time
 
 if TYPE_CHECKING:
@@ -111,7 +112,8 @@ def quantities(
         function = expression_function("quantities", values, given)
         return tuple(formulas), function, _selected(values, given)
 
-    names, function, selected = within_time(title, derived)
+    with progress(f"deriving {title}"):
+        names, function, selected = within_time(title, derived)
     written = function.serialize()
     compiled = _compiled(function) if mark and selected is None else None
     if key:

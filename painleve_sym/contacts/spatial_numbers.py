@@ -15,11 +15,14 @@ from painleve_sym.contacts.closed_within import closed_within, length_formula
 if TYPE_CHECKING:
     import casadi as ca
 
+    from painleve_sym.mechanics.contact import Contact
     from painleve_sym.mechanics.mechanism import Mechanism
 
 
 SHARED = 1e-12
 """Part of a velocity's inertia that it does not share, below which the mass matrix is singular."""
+_LONG = 500
+"""Operations of a velocity of a contact, above which CasADi differentiates it instead of SymPy."""
 VANISHES = 1e-20
 """Inertia by the largest one of its unit, below which it is none."""
 
@@ -88,15 +91,14 @@ class _Parts:
         system = mechanism.system
         size, rows = len(system.q_dot), 3 * len(mechanism.contacts)
         jacobian = [e for c in mechanism.contacts for J in (c.J_N, c.J_T) for e in J]
-        biases = [e for c in mechanism.contacts for e in c.biases]
-        entries = [*system.mass_matrix, *system.bias_force, *jacobian, *biases]
+        entries = [*system.mass_matrix, *system.bias_force, *jacobian]
         values = expression_function("parts", entries, symbols)(x)
         mass = ca.reshape(values[: size * size], size, size)
         force = values[size * size : size * size + size]
         ldl, self.units = ca.ldl(mass), [v.unit for v in system.velocities]
         self.mass, self.pivots = mass, ldl[0]
-        self.J = ca.reshape(values[size * (size + 1) : -rows], size, rows).T
-        self.biases = values[-rows:]
+        self.J = ca.reshape(values[size * (size + 1) :], size, rows).T
+        self.biases = ca.vertcat(*(_biases(mechanism, c, symbols, x) for c in mechanism.contacts))
         solved = ca.ldl_solve(ca.horzcat(self.J.T, force), *ldl)
         self.D, self.free = solved[:, :-1], solved[:, -1]
 
@@ -116,6 +118,22 @@ class _Parts:
             parts += [inertia[k] / largest - VANISHES for k in own]
         parts.append(self.pivots / inertia - SHARED)
         return ca.mmin(ca.vertcat(*parts))
+
+
+def _biases(mechanism: Mechanism, contact: Contact, symbols: tuple[Any, ...], x: ca.SX) -> ca.SX:
+    """Return the parts of the accelerations of a contact that are not J u̇, at x."""
+    import casadi as ca
+    import sympy as sp
+
+    speeds = [contact.gap_rate, *contact.slip_velocities]
+    if sum(map(sp.count_ops, speeds)) <= _LONG:
+        return expression_function("biases", [*contact.biases], symbols)(x)
+    rates = {s: v for s, v in mechanism.system.rates.items() if s in symbols}
+    function = expression_function("speeds", [*speeds, *rates.values()], symbols, list(rates))
+    values = function(x)
+    count, n = len(speeds), len(rates)
+    slopes = ca.reshape(values[count + n :][: count * n], n, count).T
+    return ca.mtimes(slopes, values[count : count + n])
 
 
 def _sticking(W: ca.SX, b: ca.SX) -> tuple[ca.SX, ca.SX]:

@@ -116,12 +116,14 @@ def reduced(expr: sp.Expr) -> sp.Expr:
 def on_unit_sphere(expr: sp.Expr, symbols: Sequence[sp.Symbol]) -> Iterator[sp.Expr]:
     """Yield writings of a polynomial in symbols whose squares add up to 1, without one's squares.
 
-    Nothing where the symbols do not occur in it, or where it is long or no polynomial in them.
+    Nothing where the symbols do not occur in it, or where it is long or no polynomial in them: the
+    root in the normal of a curved surface would be multiplied out within, which has no end.
     """
-    if not expr.free_symbols & set(symbols) or _too_many_terms(expr, _REDUCED):
+    occurring = [s for s in symbols if s in expr.free_symbols and expr.is_polynomial(s)]
+    if not occurring or _too_many_terms(expr, _REDUCED):
         return
     whole = sp.expand(expr)
-    for symbol in symbols:
+    for symbol in occurring:
         rest = 1 - sum(s**2 for s in symbols if s != symbol)
         if (form := _without_squares(whole, symbol, rest)) != whole:
             yield form

@@ -19,6 +19,12 @@ SLIP_ANGLE = sp.Symbol("phi_slip", real=True)
 """Angle of the slip from t1 towards t2; rad."""
 LONGEST = 300
 """Operations of a mass matrix whose inverse is still worth its length."""
+LONGEST_JACOBIAN = 2000
+"""Operations of the Jacobian of a contact that is still worth its length."""
+_TOO_LONG_JACOBIAN = (
+    "The Jacobian of this contact has {count} operations, and its closed forms are too long to be "
+    "of use: `classify`, `jump` and `map` compute its numbers."
+)
 _TOO_LONG = (
     "The inverse of M is too long to be of use in closed form: W = J M^-1 J^T, and `classify` and "
     "`map` compute its numbers from M and J."
@@ -60,6 +66,10 @@ def spatial_sections(mechanism: Mechanism) -> tuple[Section, ...]:
 
 
 def _contact(mechanism: Mechanism, contact: Contact) -> Iterator[Section]:
+    if (count := sp.count_ops(contact.J)) > LONGEST_JACOBIAN:
+        gap = Formula("gap", contact.gap, "m", "gap g_N", "g_N")
+        yield Section("contact", (gap,), note=_TOO_LONG_JACOBIAN.format(count=count))
+        return
     slips = sp.Matrix(contact.slip_velocities)
     place = (
         Formula("gap", contact.gap, "m", "gap g_N", "g_N"),

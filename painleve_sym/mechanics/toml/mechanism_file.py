@@ -32,6 +32,7 @@ from painleve_sym.mechanics.toml.spatial_parts import (
     contact_in_space,
     is_triple,
 )
+from painleve_sym.progress import progress
 from painleve_sym.time_limit import within_time
 
 MAX_BYTES = 200_000
@@ -104,7 +105,8 @@ def mechanism_from_text(text: str, where: str = "mechanism", name: str = "mechan
     """
     data = parse_toml(text, where)
     reader = _Reader(Source(where, toml_lines(text)), data, name)
-    return within_time(where, reader.mechanism)
+    with progress(f"reading {where}"):
+        return within_time(where, reader.mechanism)
 
 
 class _Reader:
