@@ -174,16 +174,25 @@ def entry_name(title: str, *texts: str, by: tuple[str, ...]) -> str:
 
 @functools.lru_cache(maxsize=1)
 def _versions() -> str:
-    """Return the versions of the packages that derive."""
-    marks = (_package_mark("sympy", "release.py"), _package_mark("casadi", "_casadi.so"))
+    """Return the versions of the packages that derive, and a hash of the package's own modules.
+
+    Those that lie in no folder, such as kinds of events and units, play a part in every entry.
+    """
+    modules = _content_mark(sorted(_listed(os.path.dirname(__file__))))
+    marks = (_package_mark("sympy", "release.py"), _package_mark("casadi", "_casadi.so"), modules)
     return "\n".join((__version__, *marks))
 
 
 @functools.lru_cache(maxsize=16)
 def code_mark(folder: str) -> str:
     """Return a hash of the code in a folder of the package."""
+    return _content_mark(_code_files(folder))
+
+
+def _content_mark(paths: list[str]) -> str:
+    """Return a hash of the content of files."""
     code = hashlib.sha256()
-    for path in _code_files(folder):
+    for path in paths:
         # Read with `os.read`, without the overhead of file objects: this runs at every start.
         file = os.open(path, os.O_RDONLY)
         try:
@@ -210,12 +219,21 @@ def _package_mark(name: str, file: str) -> str:
     return name
 
 
+_CODE = (".py", ".c", ".h")
+
+
+def _listed(folder: str) -> list[str]:
+    """Return the code files of a folder, without those of the folders in it."""
+    with os.scandir(folder) as entries:
+        return [entry.path for entry in entries if entry.name.endswith(_CODE)]
+
+
 def _code_files(folder: str) -> list[str]:
     folders, files = [os.path.join(os.path.dirname(__file__), folder)], []
     while folders:
         with os.scandir(folders.pop()) as entries:
             for entry in entries:
-                if entry.name.endswith((".py", ".c", ".h")):
+                if entry.name.endswith(_CODE):
                     files.append(entry.path)
                 elif entry.is_dir() and entry.name != "__pycache__":
                     folders.append(entry.path)

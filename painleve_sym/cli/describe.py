@@ -248,7 +248,7 @@ def _show_rule(rule: RestitutionLaw) -> None:
 def laws_data() -> dict[str, Any]:
     """Return all laws and rules as plain data, from the cache after the first time."""
     data = kept_entry(
-        entry_key("laws"),
+        entry_key("laws", by=(*FORMULAS, "cli")),
         lambda: {
             "laws": [law_data(one_law(name)) for name in LAWS],
             "restitution_rules": [rule_data(make()) for make in RESTITUTIONS.values()],
