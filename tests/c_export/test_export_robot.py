@@ -46,6 +46,17 @@ def test_code_has_the_numbers_of_the_package(tmp_path):
     np.testing.assert_allclose(np.reshape(W, (3, 3)), risk.W, rtol=0, atol=1e-13)
     assert mu_P == pytest.approx(risk.mu_P, rel=1e-12)
     assert direction == pytest.approx(risk.direction, abs=1e-12)
+    # The sector of directions, at frictions below and above.
+    (tmp_path / "c" / "main.c").write_text(
+        '#include <stdio.h>\n#include "quadruped_lf_foot.h"\nint main(void) {\n'
+        "  quadruped_lf_foot_risk risk = {0};\n  int k;\n  risk.mu_P = 0.8;\n"
+        "  for (k = 1; k < 9; ++k)\n"
+        '    printf("%.17g\\n", quadruped_lf_foot_half_angle(&risk, 0.25 * k));\n'
+        "  return 0;\n}\n"
+    )
+    printed = subprocess.run([built(tmp_path / "c")], capture_output=True, text=True).stdout
+    expected = [math.acos(0.8 / mu) if mu > 0.8 else 0.0 for mu in np.arange(1, 9) / 4]
+    np.testing.assert_allclose(list(map(float, printed.split())), expected, rtol=1e-14)
 
 
 def test_stuck_feet_and_a_turned_base_are_in_the_code(tmp_path):

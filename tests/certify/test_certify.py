@@ -129,6 +129,28 @@ def test_bounds_come_near_the_least_value_with_the_power_of_the_degree():
     assert errors[0] / errors[1] == pytest.approx(2**5, rel=0.2)
 
 
+@pytest.mark.parametrize("half", [0.3, 0.75, 0.95])
+@pytest.mark.parametrize("degree", [1, 2, 5])
+@pytest.mark.parametrize("make", [lambda x: 1 / x[0], lambda x: ca.sqrt(x[0])], ids=["1/x", "root"])
+def test_the_rest_of_a_series_holds_at_the_ends_of_a_wide_piece(make, half, degree):
+    """What a series leaves out is of one sign at one end: all of its terms, not the next alone."""
+    f, box = function(make, 1), [(1 - half, 1 + half)]
+    polynomials = Polynomials(1, degree)
+    [model] = polynomials.evaluated(program_of(f), box)
+    for end in box[0]:
+        at = distances(box, [end])
+        away = abs(float(f(end)) - float(polynomial_at(polynomials, model, at)))
+        assert away <= model.error * (1 + 1e-9)
+    pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
+    from painleve_sym.certify.ball_polynomials import BallPolynomials
+
+    balls = BallPolynomials(1, degree)
+    [result] = balls.results(program_of(f), box)
+    for end, side in zip(box[0], (-1, 1), strict=True):
+        value = sum(c * side**k for k, c in result.items())
+        assert value.contains(float(f(end))) or abs(value - float(f(end))) < 1e-12
+
+
 def test_division_by_what_may_be_zero_is_rejected():
     box = ((1.0, 2.0), (-1.0, 1.0))
     with pytest.raises(Rejected, match="divide by 0"):

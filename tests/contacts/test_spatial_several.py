@@ -196,3 +196,14 @@ def test_bad_input_has_one_sentence(given, message):
     whole = {"W": np.eye(3), "b": np.zeros(3), "friction": [ps.Disc(0.5)], "slip": [(0.0, 0.0)]}
     with pytest.raises(ps.InputError, match=message):
         ps.SpatialProblem(**whole | given)
+
+
+@pytest.mark.parametrize(
+    ("rank", "slip", "exists"), [(6, 0.0, True), (5, 0.0, False), (4, 0.0, False), (6, 1.0, False)]
+)
+def test_that_there_is_a_solution_is_said_of_a_regular_w_at_rest_alone(rank, slip, exists):
+    rng = np.random.default_rng(rank)
+    J = rng.normal(size=(6, rank))
+    slips = [(0.0, 0.0), (slip, 0.0)]
+    problem = ps.SpatialProblem(J @ J.T, [-1.0, 0.1, 0.2] * 2, [ps.Disc(0.5)] * 2, slips)
+    assert ("there is at least one" in problem.guarantee) == exists

@@ -391,6 +391,11 @@ def test_a_quaternion_is_of_unit_norm():
         mechanism.at({"q_w": 3.0, "q_z": 4.0})
     assert "= (3, 0, 0, 4) has the norm 5, need 1" in str(caught.value)
     assert "Fix: give q_w=0.6,q_x=0,q_y=0,q_z=0.8" in str(caught.value)
+    for off in (3e-6, -3e-6, 5e-3, -5e-3):
+        with pytest.raises(ps.InputError, match=r"has the norm .*, need 1 within 1e-06"):
+            mechanism.at({"q_w": 0.6 * (1 + off), "q_x": 0.8 * (1 + off)})
+        near = mechanism.at({"q_w": 0.6 * (1 + off / 1e4), "q_x": 0.8 * (1 + off / 1e4)}).state
+        assert (near["q_w"], near["q_x"]) == pytest.approx((0.6, 0.8), rel=1e-15)
     with pytest.raises(ps.InputError, match=r"has the norm 0, need 1.* Fix: give q_w=1,q_x=0"):
         mechanism.at({"q_w": 0.0})
     with pytest.raises(ps.InputError, match=r"need finite|finite number"):

@@ -178,3 +178,17 @@ def test_commands_and_report_say_it(capsys, tmp_path):
 def test_periods_that_cannot_be_are_errors(entry, fault):
     with pytest.raises(ModelError, match=re.escape(fault)):
         mechanism_from_text(SLIDER.replace('"T_1"', entry))
+
+
+@pytest.mark.parametrize(
+    ("periods", "said"), [(0.9, True), (9.5, True), (10.1, False), (40, False)]
+)
+def test_a_body_is_rigid_where_at_most_a_tenth_of_its_deflection_stays_in_vibration(periods, said):
+    r = 1 / (2 * periods)
+    left = abs(2 * r / (1 - r**2))
+    assert (left > 0.1) == said
+    notices = rigidity_notices({"A": periods * 0.02}, [BodyPeriod("rod", "bending", 0.02, False)])
+    assert bool(notices) == said
+    for notice in notices:
+        assert f"lasts {periods * 0.02:.2g} s" in notice and "is 0.02 s" in notice
+        assert ("is not rigid" in notice) == (periods < 1)

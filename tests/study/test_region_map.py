@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import time
@@ -15,6 +16,7 @@ import painleve_sym as ps
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify, contact_problem
 from painleve_sym.errors import InputError, PainleveWarning
+from painleve_sym.mechanics.declarations import DomainBound
 from painleve_sym.study.maps.region_map import LEGEND, RegionMap, region_map
 from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
 
@@ -552,3 +554,22 @@ def test_a_map_without_a_state_is_at_the_start_of_the_mechanism():
     assert regions.state == {n: v for n, v in start.items() if n != "x_dot"}
     with pytest.raises(InputError, match="close: theta is an axis"):
         region_map(robot, ("theta", "mu"), points=5, close="theta")
+
+
+def test_crossings_outside_of_the_domain_are_left_out():
+    rod = model("rod")
+    over = {"over": ("theta", "theta_dot"), "points": 61, "ranges": {"theta": (0.2, 1.5)}}
+    every = region_map(rod, **over).crossings
+    angles = sorted({round(x, 9) for x in every[:, 0].tolist()})
+    assert len(angles) == 2 and len(every) == 4
+    border = sp.Rational(round(1000 * (angles[0] + angles[1]) / 2), 1000)
+    (theta,) = (c.symbol for c in rod.system.coordinates if c.name == "theta")
+    for sign, kept in ((1, angles[1]), (-1, angles[0])):
+        bound = DomainBound(sign * (theta - border), "it is on one side")
+        part = dataclasses.replace(rod, domain=(*rod.domain, bound))
+        regions = region_map(part, **over)
+        np.testing.assert_allclose(
+            regions.crossings, every[np.isclose(every[:, 0], kept)], atol=1e-9
+        )
+        listed = regions.to_dict()["crossings"]
+        assert [p["theta"] for p in listed] == regions.crossings[:, 0].tolist()
