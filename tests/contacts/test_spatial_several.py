@@ -199,11 +199,11 @@ def test_bad_input_has_one_sentence(given, message):
 
 
 @pytest.mark.parametrize(
-    ("rank", "slip", "exists"), [(6, 0.0, True), (5, 0.0, False), (4, 0.0, False), (6, 1.0, False)]
+    ("rank", "slip", "exists"), [(9, 0.0, True), (8, 0.0, False), (6, 0.0, False), (9, 1.0, False)]
 )
 def test_that_there_is_a_solution_is_said_of_a_regular_w_at_rest_alone(rank, slip, exists):
-    rng = np.random.default_rng(rank)
-    J = rng.normal(size=(6, rank))
-    slips = [(0.0, 0.0), (slip, 0.0)]
-    problem = ps.SpatialProblem(J @ J.T, [-1.0, 0.1, 0.2] * 2, [ps.Disc(0.5)] * 2, slips)
+    J = np.random.default_rng(rank).normal(size=(9, rank))
+    slips = [(0.0, 0.0), (0.0, 0.0), (slip, 0.0)]
+    problem = ps.SpatialProblem(J @ J.T, [-1.0, 0.1, 0.2] * 3, [ps.Disc(0.5)] * 3, slips)
+    assert not problem.complete
     assert ("there is at least one" in problem.guarantee) == exists

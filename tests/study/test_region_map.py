@@ -562,14 +562,31 @@ def test_crossings_outside_of_the_domain_are_left_out():
     every = region_map(rod, **over).crossings
     angles = sorted({round(x, 9) for x in every[:, 0].tolist()})
     assert len(angles) == 2 and len(every) == 4
-    border = sp.Rational(round(1000 * (angles[0] + angles[1]) / 2), 1000)
     (theta,) = (c.symbol for c in rod.system.coordinates if c.name == "theta")
-    for sign, kept in ((1, angles[1]), (-1, angles[0])):
-        bound = DomainBound(sign * (theta - border), "it is on one side")
-        part = dataclasses.replace(rod, domain=(*rod.domain, bound))
-        regions = region_map(part, **over)
-        np.testing.assert_allclose(
-            regions.crossings, every[np.isclose(every[:, 0], kept)], atol=1e-9
+    # Next to a crossing, within a cell of the grid, and half way between both.
+    for beyond, kept in ((0.004, 1), (-0.004, 0), (0.15, 1)):
+        border = sp.Rational(round(10_000 * (angles[1 - kept] + beyond)), 10_000)
+        sign = 1 if kept else -1
+        part = dataclasses.replace(
+            rod, domain=(*rod.domain, DomainBound(sign * (theta - border), "it is on one side"))
         )
+        regions = region_map(part, **over)
+        expected = every[np.isclose(every[:, 0], angles[kept])]
+        np.testing.assert_allclose(regions.crossings, expected, atol=1e-9)
         listed = regions.to_dict()["crossings"]
         assert [p["theta"] for p in listed] == regions.crossings[:, 0].tolist()
+
+
+def test_a_crossing_just_beyond_the_domain_is_left_out():
+    """Both curves pass the last cell inside; they meet a little above, where Newton's steps go."""
+    rod = model("rod")
+    every = region_map(rod, ("theta", "theta_dot"), points=61).crossings
+    theta, rate = next((x, y) for x, y in every.tolist() if y > 0)
+    (symbol,) = (v.symbol for v in rod.system.velocities if v.name == "theta_dot")
+    end = rate - 0.01
+    ranges = {"theta": (theta - 0.305, theta + 0.295), "theta_dot": (end - 3.0, end + 3.0)}
+    over = {"over": ("theta", "theta_dot"), "points": 61, "ranges": ranges}
+    assert np.isclose(region_map(rod, **over).crossings, [theta, rate]).all(axis=1).any()
+    bound = DomainBound(rate - 0.005 - symbol, "it turns slowly")
+    slow = dataclasses.replace(rod, domain=(*rod.domain, bound))
+    assert (region_map(slow, **over).crossings[:, 1] < rate - 0.005).all()
