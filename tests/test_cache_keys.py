@@ -240,7 +240,7 @@ class Builder:
 def test_entry_of_a_library_depends_on_engine_builder_and_compiler(cache, monkeypatch):
     other = type("Other", (Builder,), {"definition": "another"})
     engines = (CompiledEngine, TaylorEngine)
-    titles = {f"{what} {e.name}" for what in ("engine", "lanes") for e in engines}
+    titles = {f"{role} {e.name}" for role in ("engine", "lanes") for e in engines}
     keys = [_library_entry(title, Builder())[0] for title in sorted(titles)]
     keys.append(_library_entry("engine", other())[0])
     keys.append(_library_entry("engine", Builder())[0])

@@ -133,7 +133,7 @@ def test_bounds_come_near_the_least_value_with_the_power_of_the_degree():
 @pytest.mark.parametrize("degree", [1, 2, 5])
 @pytest.mark.parametrize("make", [lambda x: 1 / x[0], lambda x: ca.sqrt(x[0])], ids=["1/x", "root"])
 def test_the_rest_of_a_series_holds_at_the_ends_of_a_wide_piece(make, half, degree):
-    """What a series leaves out is of one sign at one end: all of its terms, not the next alone."""
+    """The terms that a series leaves out have one sign at one end: all of them count."""
     f, box = function(make, 1), [(1 - half, 1 + half)]
     polynomials = Polynomials(1, degree)
     [model] = polynomials.evaluated(program_of(f), box)

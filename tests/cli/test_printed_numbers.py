@@ -1,4 +1,4 @@
-"""What commands print: each number is one of their JSON, and stands under its own heading."""
+"""Printed answers: each number is one of the JSON of the command, and stands under its heading."""
 
 from __future__ import annotations
 
