@@ -134,8 +134,8 @@ MJCF: Table = {
     "mujoco": _element("model"),
     "compiler": _element(
         "angle autolimits eulerseq inertiafromgeom inertiagrouprange balanceinertia boundmass "
-        "boundinertia settotalmass",
-        "assetdir conflict discardvisual fitaabb fusestatic meshdir passthrough savecanonical "
+        "boundinertia settotalmass fusestatic",
+        "assetdir conflict discardvisual fitaabb meshdir passthrough savecanonical "
         "savecompiled saveinertial strippath texturedir usethread convexhull exactmeshinertia",
         alignfree=_ALIGNED,
         coordinate=_rejected(

@@ -101,7 +101,7 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
 
 def _elements(root: Element, s: Settings) -> Iterator[tuple[str, Element, str]]:
     """Yield path, element with its defaults and what notices call it, of all that may matter."""
-    classes = _classes_of(root)
+    classes, aligns = _classes_of(root), _aligns(root, s)
     for path, element, _ in paths(root, MJCF):
         section = path.partition("/")[0]
         full, name = element, called(element)
@@ -117,7 +117,7 @@ def _elements(root: Element, s: Settings) -> Iterator[tuple[str, Element, str]]:
             continue
         if path == "body/joint" and full.get("type") == "free":
             path = "body/free"
-        if path in ("compiler", "body/freejoint") and not _aligns(root, s):
+        if path in ("compiler", "body/freejoint") and not aligns:
             full = Element(full.tag, {k: v for k, v in full.items() if k[:5] != "align"})
         yield path, full, name
 
@@ -256,7 +256,8 @@ class _Reading:
     def ambiguous(self) -> dict[str, tuple[str, ...]]:
         """Names of several places."""
         several = {n: tuple(f"{k}:{n}" for k in kinds) for n, kinds in self._by_name().items()}
-        return {name: names for name, names in several.items() if name not in self.frames}
+        frames = self.frames
+        return {name: names for name, names in several.items() if name not in frames}
 
     def _by_name(self) -> dict[str, dict[str, Frame]]:
         names: dict[str, dict[str, Frame]] = {}
@@ -352,6 +353,11 @@ def _scaled(reading: _Reading, root: Element) -> list[Body]:
     whole = _Reading(reading.settings, reading.drives)
     whole.worlds(root)
     total = sum(body.mass for body in whole.bodies)
+    if reading.settings.fuses and total - sum(_carried(reading.bodies)) > 1e-12 * total:
+        raise InputError(
+            f"{reading.settings.where}: compiler: settotalmass counts what stands still, and "
+            "fusestatic takes it away. Fix: leave out one of the two."
+        )
     if not total > 0:
         raise InputError(f"{reading.settings.where}: settotalmass needs a body with mass.")
     k = wanted / total
@@ -359,6 +365,14 @@ def _scaled(reading: _Reading, root: Element) -> list[Body]:
         replace(b, mass=k * b.mass, inertia=k * b.inertia, compensated=k * b.compensated)
         for b in reading.bodies
     ]
+
+
+def _carried(bodies: Sequence[Body]) -> Iterator[float]:
+    """Yield the masses of the bodies that move; all of them where the base floats."""
+    moves = [bodies[0].name != "world"]
+    for body in bodies[1:]:
+        moves.append(body.joint is not None or moves[body.parent])
+    return (body.mass for body, moving in zip(bodies, moves, strict=True) if moving)
 
 
 def _joints(body: Element, reading: _Reading, childclass: str) -> list[tuple[Joint, Array]]:

@@ -28,16 +28,26 @@ _MASSLESS_SHAPES = {"plane", "hfield"}
 _MESHES = {"mesh", "sdf"}
 
 
-def parts_of(
-    element: Element, s: Settings, childclass: str, at: Place = SAME_PLACE
-) -> Iterator[tuple[Element, str, Place]]:
-    """Yield what a body holds, its frames opened: element, class and frame that it stands in."""
-    for child in element:
+Part = tuple[Element, str, Place]
+"""An element of a body, its class, and the frame that it stands in, in the frame of the body."""
+
+
+def parts_of(element: Element, s: Settings, childclass: str) -> list[Part]:
+    """Return the parts of a body, those of its frames among them."""
+    if (element, childclass) not in s.parts:
+        s.parts[element, childclass] = list(_parts(element, s, childclass))
+    return s.parts[element, childclass]
+
+
+def _parts(element: Element, s: Settings, childclass: str) -> Iterator[Part]:
+    waiting: list[Part] = [(e, childclass, SAME_PLACE) for e in reversed(element)]
+    while waiting:
+        child, name, at = waiting.pop()
         if child.tag == "frame":
-            inner = child.get("childclass") or childclass
-            yield from parts_of(child, s, inner, s.place(child, at))
+            inner, place = child.get("childclass") or name, s.place(child, at)
+            waiting += ((e, inner, place) for e in reversed(child))
         else:
-            yield child, childclass, at
+            yield child, name, at
 
 
 def body_inertia(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -25,6 +25,8 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 _TURNS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 _OPEN_LISTS = ("size", "stiffness", "damping", "gear")
 """Attributes that may have fewer numbers than they can have."""
+MAX_WORDS = 6
+"""Numbers that the longest of them has."""
 _DRIVE = "general"
 
 
@@ -50,11 +52,15 @@ class Settings:
         Least mass and least moment of inertia of a body.
     total_mass : float
         Of all bodies; not positive where the file does not say.
+    fuses : bool
+        Whether bodies that stand still become part of the world, without their mass.
     off : frozenset of str
         Flags that are disabled.
     gravity : list of float
     classes : mapping
         Attributes by class and tag.
+    parts : dict
+        Parts of the bodies that have been looked through, by body and class.
     """
 
     where: str
@@ -66,9 +72,11 @@ class Settings:
     balance: bool
     bounds: tuple[float, float]
     total_mass: float
+    fuses: bool
     off: frozenset[str]
     gravity: list[float]
     classes: Mapping[str, Mapping[str, Mapping[str, str]]]
+    parts: dict[tuple[Element, str], list[tuple[Element, str, Place]]] = field(default_factory=dict)
 
     def angle(self, value: float) -> float:
         """Return an angle of the file in rad."""
@@ -165,6 +173,7 @@ def read_settings(root: Element, where: str) -> Settings:
             one_number(compiler, "boundinertia", where, 0.0),
         ),
         total_mass=one_number(compiler, "settotalmass", where, -1.0),
+        fuses=compiler.get("fusestatic", "false") == "true",
         off=frozenset(off),
         gravity=[0.0, 0.0, 0.0] if "gravity" in off else gravity,
         classes=_classes(root, where),
@@ -180,10 +189,17 @@ def _over(defaults: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]
     turned = any(turn in own for turn in _TURNS)
     kept = {k: v for k, v in defaults.items() if not (turned and k in _TURNS)}
     for key, value in own.items():
-        words = value.split()
-        more = kept.get(key, "").split()[len(words) :] if key in _OPEN_LISTS else []
+        more: list[str] = []
+        if key in _OPEN_LISTS:
+            words, above = (_words(text) for text in (value, kept.get(key, "")))
+            more = above[len(words) :]
         kept[key] = " ".join([*words, *more]) if more else value
     return kept
+
+
+def _words(text: str) -> list[str]:
+    """Return the first words of a text that may have millions."""
+    return text.split(maxsplit=MAX_WORDS)[:MAX_WORDS]
 
 
 def _merged(root: Element, path: str) -> Element:

@@ -19,6 +19,8 @@ from painleve_sym.files import read_bytes
 
 MAX_BYTES, MAX_ELEMENTS, MAX_DEPTH = 16_000_000, 100_000, 200
 """Sizes of a file, a hundred times those of robots with every finger."""
+MAX_LIST = 1000
+"""Characters of a list of numbers, of which none but positions of joints is long."""
 EXPAND_XACRO = (
     "Fix: expand it, with ROS by xacro FILE > robot.urdf, without by pip install xacrodoc and "
     "xacrodoc FILE -o robot.urdf."
@@ -108,7 +110,9 @@ def number_list(
             raise InputError(f"{where}: {label(element)} has no {key}.")
         return list(default)
     try:
-        values = [float(word) for word in text.split()]
+        # Each of many elements may have the list of its class.
+        few = len(text) <= MAX_LIST or key == "qpos"
+        values = [float(word) for word in text.split()] if few else [math.nan]
     except ValueError:
         values = [math.nan]
     wrong = not all(abs(v) <= LARGEST for v in values) or (length and len(values) != length)

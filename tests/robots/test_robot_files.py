@@ -167,6 +167,20 @@ def test_fault_of_a_file_is_one_sentence(tmp_path, case, no_network):
     assert "Traceback" not in str(caught.value) and len(str(caught.value)) < 2100
 
 
+def test_file_whose_lists_and_chains_are_long_is_read_or_rejected_at_once(tmp_path):
+    numbers = f'<default><geom size="{"1 " * 200_000}"/></default>'
+    geoms = '<geom size="0.1"/>' * 2000
+    with pytest.raises(InputError, match="size = '1 1"):
+        ps.robot(written(tmp_path, body(HINGE + "<geom/>" + geoms, numbers)))
+    names = [f"l{k}" for k in range(300)]
+    follows = '<limit lower="-1" upper="1"/><mimic joint="j{}"/>'
+    chain = [JOINT.format("j1", "revolute", *names[:2], "")]
+    for k in range(2, 300):
+        ends = (names[k - 1], names[k], follows.format(k - 1))
+        chain.append(JOINT.format(f"j{k}", "revolute", *ends))
+    assert list(ps.robot(written(tmp_path, urdf(links(*names), *chain))).joints) == ["j1"]
+
+
 def test_file_that_is_absent_binary_or_endless(tmp_path):
     with pytest.raises(InputError, match="No such file"):
         ps.robot(tmp_path / "absent.urdf")

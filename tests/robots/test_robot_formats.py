@@ -243,6 +243,19 @@ def test_report_has_both_limits_of_dry_friction(tmp_path):
     assert len(risk_report(read(tmp_path, text.format(0)).contact("h"), None, 10).notices) == 1
 
 
+def test_total_mass_with_fused_bodies_is_an_error(tmp_path):
+    before = '<compiler settotalmass="8"{}/>'
+    still = HINGE.format("") + SOLID + '</body><body name="c"><geom size="0.2"/>'
+    fused = before.format(' fusestatic="true"')
+    masses = [body.mass for body in read(tmp_path, mjcf(still, before.format(""))).tree.bodies]
+    assert sum(masses) == pytest.approx(8) and masses[-1] == pytest.approx(8 * masses[2])
+    with pytest.raises(InputError, match="settotalmass counts what stands still"):
+        read(tmp_path, mjcf(still, fused))
+    for body in (HINGE.format("") + SOLID, "<freejoint/>" + SOLID):
+        tree = read(tmp_path, mjcf(body, fused)).tree
+        assert sum(body.mass for body in tree.bodies) == pytest.approx(8)
+
+
 def test_flags_switch_gravity_and_passive_forces_off(tmp_path):
     body = HINGE.format(' stiffness="1" damping="2"') + SOLID
     for flags, stiffness, damping, falls, held in (
