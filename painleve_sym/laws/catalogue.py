@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Iterator, Mapping
 
 from painleve_sym.checks import text_of
@@ -128,6 +129,24 @@ def law(name: str, **choices: str) -> Law | LawsByContact:
     """
     by_contact = "=" in text_of(name, "contact law")
     return _laws_by_contact(name, choices) if by_contact else one_law(name, **choices)
+
+
+@functools.cache
+def parameter_names() -> frozenset[str]:
+    """Return the names of the parameters of all laws, with each of their choices.
+
+    Examples
+    --------
+    >>> from painleve_sym.laws.catalogue import parameter_names
+    >>> {"E", "e_energetic", "stribeck_velocity"} <= parameter_names()
+    True
+    """
+    names = set[str]()
+    for name in LAWS:
+        plain = law(name)
+        own = [plain, *(law(name, **{k: v}) for k in offered_choices(plain) for v in CHOICES[k])]
+        names |= {p.name for one in own for p in one.parameters}
+    return frozenset(names)
 
 
 def law_text(given: Law | Mapping[str, Law]) -> str:

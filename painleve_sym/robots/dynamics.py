@@ -15,6 +15,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.cache import code_mark
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
+from painleve_sym.laws.catalogue import parameter_names
 from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
 from painleve_sym.robots.rigid_body import RigidBodies, constant
@@ -25,7 +26,7 @@ BASE = ("base_x", "base_y", "base_z", "base_roll", "base_pitch", "base_yaw")
 NORMAL = ("normal_x", "normal_y", "normal_z")
 TANGENT = ("tangent_x", "tangent_y", "tangent_z")
 _OWN = frozenset({TIME_NAME, "mu", *NORMAL, *TANGENT, *BASE, *(f"{name}_dot" for name in BASE)})
-"""Names that no joint of a file takes."""
+"""Names that no coordinate of a joint takes, beside those of the parameters of laws."""
 MAX_LISTED = 5
 """Names that a notice lists."""
 
@@ -34,7 +35,8 @@ def coordinate_names(joints: Iterable[str]) -> dict[str, str]:
     """Return the name of the coordinate of each joint, which no other quantity has.
 
     Its velocity is this name with ``_dot``, its torque this name after ``torque_``. The name is
-    that of the joint, or has ``joint_`` before it where another quantity has one of these three.
+    that of the joint, or has ``joint_`` before it where another quantity, or a parameter of a
+    contact law, has one of these three.
 
     Examples
     --------
@@ -44,12 +46,13 @@ def coordinate_names(joints: Iterable[str]) -> dict[str, str]:
     """
     names = list(joints)
     derived = Counter(text for name in names for text in _derived(name))
-    taken = {*_OWN, *names, *derived}
+    foreign = _OWN | parameter_names()
+    taken = {*foreign, *names, *derived}
     given = {}
     for name in names:
         shared = derived[name] or any(derived[text] > 1 for text in _derived(name))
         own = name
-        if shared or not _OWN.isdisjoint((name, *_derived(name))):
+        if shared or not foreign.isdisjoint((name, *_derived(name))):
             own = f"joint_{name}"
             while not taken.isdisjoint((own, *_derived(own))):
                 own = f"joint_{own}"

@@ -11,6 +11,7 @@ HOSTILE = (
     *("j1", "j1_dot", "torque_j1", "torque_j2", "j1_dot_dot", "torque_j1_dot", "joint_mu"),
     *("joint_j1_dot", "I", "E", "S", "N", "pi", "lambda", "class", "None", "def", "x", "ratio"),
     *("W_0_0", "a joint", "left-knee", "2nd", "0", "knie é", "all", "none", "base", "world2", "R"),
+    *("e_energetic", "e_poisson", "nu", "kappa_1", "stribeck_velocity", "torque_E", "n_dot", "gap"),
 )
 """Names of other quantities, of Python and SymPy, and names that no language takes."""
 

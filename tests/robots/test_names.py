@@ -81,7 +81,13 @@ def test_names_and_order_change_no_number_of_100_robots(tmp_path):
         agree(tmp_path / "random.urdf", seed)
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("normal_x", "mu", "t", "base_x", "base_pitch", "torque_j1", "W_0_0", "x", "ratio", "I"),
+        *("lambda", "a joint", "left-knee", "2nd", "knie é", "all", "E"),
+    ],
+)
 def test_a_joint_may_have_any_name(capsys, tmp_path, name):
     path = tmp_path / "clash.urdf"
     path.write_text(CLASH.replace("NAME", name), "utf-8")
@@ -106,10 +112,29 @@ def test_a_joint_with_a_foreign_name_is_named_in_a_notice(capsys, tmp_path):
         ps.robot(path).contact("b").classify(1.0, torques={"joint_normal": 1.0})
 
 
+@pytest.mark.parametrize("name", ["E", "e_energetic"])
+def test_a_joint_called_like_a_parameter_of_a_law_changes_no_jump(capsys, tmp_path, name):
+    dog = (Path(__file__).parents[2] / "examples" / "robots" / "quadruped.urdf").read_text("utf-8")
+    answers = []
+    for joint in ("knee", name):
+        path = tmp_path / "dog.urdf"
+        path.write_text(dog.replace("LF_KFE", joint), "utf-8")
+        own = coordinate_names([joint])[joint]
+        call = (str(path), "--contact", "LF_foot", "--set", "mu=2", "--contact-velocity", "0,1,0")
+        call += ("--state", f"LF_HFE=0.7,{own}=-1.4")
+        velocity = run_json(capsys, "jump", *call)["final"]["velocity"]
+        if name == "E":
+            contrast = run_json(capsys, "contrast", *call, "--stiffness", "1e9")
+            velocity |= {"softened": contrast["softened"][0]["velocity"][f"{own}_dot"]}
+        answers.append({k.replace(own, "knee"): v for k, v in velocity.items()})
+    assert answers[0] == answers[1]
+
+
 def test_names_of_coordinates_are_all_different():
     names = [n for n in HOSTILE if n != "t"]
     own = coordinate_names(names)
     every = [t for n in own.values() for t in (n, f"{n}_dot", f"torque_{n}")]
     assert len(set(every)) == 3 * len(names)
     assert own["j1"] == "j1" and own["I"] == "I"
+    assert own["E"] == "joint_E" and own["e_energetic"] == "joint_e_energetic"
     assert own["base_x"] == "joint_base_x" and json.dumps(own)
