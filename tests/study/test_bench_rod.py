@@ -259,6 +259,38 @@ def test_tip_that_weighs_changes_the_landing_as_the_page_says():
     assert "at most 0.3 g" in words and "tip of at most 0.3 g: a rise" in words
 
 
+def test_round_end_stops_sooner_and_keeps_the_verdict():
+    point, ball = DATA["round end"]
+    assert (point["end"], ball["end"]) == ("radius 0", "round")
+    sooner = 1 - ball["slip_stop"] / point["slip_stop"]
+    change = abs(ball["rise"] / point["rise"] - 1)
+    words = " ".join(PAGE.split())
+    assert f"stops the slip {100 * sooner:.1f} % sooner" in words
+    assert f"changes the rise by {100 * change:.1f} %" in words
+    # The end of radius 0 is that of the kept runs with half the modes.
+    kept = row(DATA["modes"], model=study.HALF)
+    for key in ("slip_stop", "contact", "rise", "peak_force"):
+        assert kept[key][0] < point[key] < kept[key][2], key
+    all_modes = row(DATA["rod"], friction="0.6 ± 10 %", model=study.MODES)
+    low, middle, high = all_modes["slip_stop"]
+    assert low < middle * (1 - sooner) < high
+    low, middle, high = all_modes["rise"]
+    assert low < middle * ball["rise"] / point["rise"] < high
+
+
+@pytest.mark.slow
+def test_end_of_a_tiny_radius_is_that_of_radius_zero():
+    def stop(rod):
+        run = ps.simulate(
+            rod, "hertz", {"theta": 1.0, "x_A_dot": -1.0}, t_end=0.01,
+            parameters={"mu": 1.1}, until="slip_stop",
+        )  # fmt: skip
+        return run.final_time
+
+    tiny, plain = study.with_round_end("1,0", 1e-12), study.mechanism("1,0")
+    assert stop(tiny) == pytest.approx(stop(plain), rel=1e-9)
+
+
 def test_plastic_contact_has_the_force_of_its_hardness():
     draws = study.Draws("aluminium", 3)
     given = draws.parameters("rigid", 1.0, 0.006, 0.0) | {"e_energetic": 0.5}

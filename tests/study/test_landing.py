@@ -268,6 +268,21 @@ def test_point_mass_at_the_end_has_the_mobility_of_a_loaded_bar():
         assert (np.sort(heavy.rates) <= np.sort(modes.rates) * (1 + 1e-9)).all()
 
 
+@pytest.mark.slow
+def test_stop_of_a_round_end_is_that_of_the_package():
+    """The slip velocity of the ball's lowest point, in a motion whose angle turns."""
+    radius = 0.00645
+    round_end = study_script("bench_rod/bench_rod.py").with_round_end("1,0", radius)
+    run = ps.simulate(
+        round_end, "hertz", {"theta": 1.0, "x_A_dot": -1.0}, t_end=0.01,
+        parameters={"mu": 1.1}, until="slip_stop",
+    )  # fmt: skip
+    ends = [study.slide(study.Modes(STEEL, 1, 0, r), HERTZ, 1.0, 1.1, 1.0)["stop"][0]
+            for r in (radius, 0.0)]  # fmt: skip
+    assert run.final_time == pytest.approx(ends[0], rel=1e-4)
+    assert run.final_time < 0.985 * ends[1]
+
+
 def test_round_end_lowers_the_landing_as_the_pages_say():
     rows = {r["theta"]: r for r in DATA["round ends"]}
     parts = [1 - r["ball 48,24"] / r["point 48,24"] for r in rows.values()]

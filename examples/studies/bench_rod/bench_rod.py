@@ -17,11 +17,13 @@ import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import sympy as sp
 from matplotlib.figure import Figure
 
 import painleve_sym as ps
@@ -265,6 +267,51 @@ def drag(
     }  # fmt: skip
 
 
+def with_round_end(model: str, radius: float) -> ps.Mechanism:
+    """Return `rod-bending` whose end is a ball without mass: it touches one radius below the axis.
+
+    The turning of the end, that of the rod and the slopes of its modes, moves the point of contact.
+    """
+    rod, theory = mechanism(model), rigid_rod()
+    (contact,), rates = rod.contacts, {str(symbol): symbol for symbol in rod.system.q_dot}
+    length = 2 * next(p.symbol for p in rod.system.parameters if p.name == "l")
+    turning = rates["theta_dot"]
+    for i, wave in enumerate(theory.wavenumbers(int(model.split(",")[0])), 1):
+        ratio = (math.cosh(wave) - math.cos(wave)) / (math.sinh(wave) - math.sin(wave))
+        turning -= sp.Float(2 * ratio * wave) / length * rates[f"w_{i}_dot"]
+    slip = contact.slip_velocity + sp.Float(radius) * turning
+    ball = ps.Contact(contact.name, rod.system, contact.gap, slip, contact.friction)
+    return replace(rod, name="rod-with-round-end", contacts=(ball,), shapes=())
+
+
+def round_end(model: str, mu: float = 0.6) -> list[dict[str, Any]]:
+    """Return the bench rod at its middle values, with an end of radius 0 and with its round end."""
+    middle = {name: sum(interval) / 2 for name, interval in ROD.items()}
+    aluminium, radius = ps.material("aluminium"), middle["diameter"] / 2
+    parameters = {
+        "m": aluminium.density * math.pi * radius**2 * middle["length"], "l": middle["length"] / 2,
+        "rho": aluminium.density, "Y": aluminium.young_modulus, "E": aluminium.young_modulus,
+        "nu": aluminium.poisson_ratio, "R": radius, "e_energetic": middle["restitution"],
+        "zeta": middle["damping"], "mu": mu,
+    }  # fmt: skip
+    start = {
+        "theta": middle["theta"], "x_A_dot": -middle["belt"],
+        "y_A_dot": -math.sqrt(2 * G * middle["gap"]),
+    }  # fmt: skip
+    rows = []
+    for end, rod in (("radius 0", mechanism(model)), ("round", with_round_end(model, radius))):
+        runs = ps.simulate_batch(
+            rod, law(), {name: np.array([value]) for name, value in start.items()},
+            parameters=parameters, t_end=WINDOW, maxima=("normal_force", "gap"), events=1,
+        )  # fmt: skip
+        rows.append({
+            "end": end, "model": model, "slip_stop": float(runs["times_of_slip_stop"][0, 0]),
+            "contact": float(runs["times_of_separation"][0, 0]),
+            "peak_force": float(runs["max_normal_force"][0]), "rise": float(runs["max_gap"][0]),
+        })  # fmt: skip
+    return rows
+
+
 def bending_period(length: float, diameter: float = 0.01) -> float:
     """Return the first bending period of a round bar of steel with free ends, s."""
     (mode,) = bending_modes(("free", "free"), 1)
@@ -431,6 +478,7 @@ def study(quick: bool) -> dict[str, Any]:
         "bar modes": [
             drop(m, LENGTHS[-1], theta, size) for m in most for theta in shown_angles
         ],
+        "round end": [] if quick else round_end(HALF),
         "oracle": oracle((16,), (modes,)) if quick else oracle((32, 64, 128), ORACLE_MODES),
         "arm": [arm(mu, u) for mu in (0.6, 0.8, 1.0) for u in (0.25, 0.5, 1.0, 2.0)],
     }  # fmt: skip
@@ -561,6 +609,12 @@ def tables(data: Mapping[str, Any]) -> list[str]:
         table(["contact", *head], rod_rows(data["contacts"], "contact law", left)),
         table(head, rod_rows(data["modes"], "")),
         tolerances(),
+        table(["end", "model", "slip stop, ms", "first contact, ms", "peak force, N",
+               "rise of the tip, mm"], [
+            [r["end"], name_of(r["model"]), f"{1e3 * r['slip_stop']:.3f}",
+             f"{1e3 * r['contact']:.3f}", f"{r['peak_force']:.0f}", f"{1e3 * r['rise']:.2f}"]
+            for r in data["round end"]
+        ]),
         table(["model", "slip stop, ms", "contact, ms", "peak force, N", "centre upwards, m/s",
                "spin, rad/s"], checked),
     ]  # fmt: skip
