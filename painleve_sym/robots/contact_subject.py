@@ -56,7 +56,8 @@ class ContactSubject:
             "joints": {name: float(self.values[own[name]]) + 0.0 for name in tree.joints},
             "base_angles": [self.values[n] + 0.0 for n in BASE[3:]] if tree.floating else None,
             "locked": [name for name in tree.joints if name in dynamics.locked],
-            "armature": {n: j.armature for n, j in tree.joints.items() if j.armature},
+            "armature": {n: j.armature for n, j in tree.joints.items() if j.armature}
+            | ({"floating base": tree.base_armature} if tree.base_armature else {}),
             "gravity": tree.gravity.tolist(),
         }
 

@@ -80,6 +80,7 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         reading.body(*moving[0], -1, floats=True)
     else:
         reading.worlds(root)
+    of_base = _free_base(moving[0], reading) if floating else {}
     tree = RobotTree(
         root.get("model", "") or "robot",
         tuple(_scaled(reading, root)),
@@ -90,7 +91,7 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         ambiguous=reading.ambiguous,
         opened="equality" not in settings.off
         and any(path.startswith("equality/") for path, _, _ in elements),
-        **(_free_base(moving[0], settings) if floating else {}),
+        **of_base,
     )
     names = [b.joint.name for b in tree.bodies if b.joint is not None]
     if len(set(names)) < len(names):
@@ -189,24 +190,27 @@ def _free_joint(body: Element, s: Settings, childclass: str) -> Element | None:
     return None
 
 
-def _free_base(part: tuple[Element, str, Place], s: Settings) -> dict[str, Any]:
+def _free_base(part: tuple[Element, str, Place], reading: _Reading) -> dict[str, Any]:
     """Return orientation, armature and damping of a floating base."""
-    body, childclass, at = part
+    s, (body, childclass, at) = reading.settings, part
     turned = {"orientation": quaternion_of(s.place(body, at)[0])}
     joint = _free_joint(body, s, childclass)
     if joint is None:
         return turned
     armature = one_number(joint, "armature", s.where, 0.0)
-    damping = number_list(joint, "damping", s.where, ()) or [0.0]
-    if not armature >= 0 or any(damping[1:]):
-        raise InputError(
-            f"{s.where}: {label(joint)}: got armature {armature:g} and damping {damping}, need an "
-            "armature >= 0 and one coefficient of damping for a free joint."
+    if not armature >= 0:
+        raise InputError(f"{s.where}: {label(joint)}: armature {armature:g}, need >= 0.")
+    damping, *more = [0.0] if "damper" in s.off else _damping(joint, s)
+    if any(more):
+        reading.notices.append(
+            "The damper of a free joint is taken as linear; its further coefficients are not read: "
+            f"{called(joint)}."
         )
-    return turned | {
-        "base_armature": armature,
-        "base_damping": 0.0 if "damper" in s.off else damping[0],
-    }
+    return turned | {"base_armature": armature, "base_damping": damping}
+
+
+def _damping(joint: Element, s: Settings) -> list[float]:
+    return number_list(joint, "damping", s.where, ()) or [0.0]
 
 
 def _drives(root: Element, s: Settings) -> dict[str, tuple[float, list[float]]]:

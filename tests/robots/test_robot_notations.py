@@ -169,6 +169,22 @@ def test_body_that_is_free_stands_as_its_file_has_it(tmp_path):
     assert tilted.risk().mu_P != pytest.approx(level.risk().mu_P, rel=1e-3)
 
 
+def test_answer_names_the_armature_of_a_free_joint(tmp_path):
+    joint = '<joint type="free" armature="0.25"/>'
+    text = mjcf(joint + '<geom name="g" size="0.1"/>')
+    subject = read(tmp_path, text, "r.xml").contact("g").subject
+    assert subject.to_dict()["armature"] == {"floating base": 0.25}
+    assert "floating base = 0.25" in dict(subject.rows)["armature"]
+
+
+def test_free_joint_has_a_linear_damper_and_a_notice_of_further_ones(tmp_path):
+    for damping, notices in (("0.7", 0), ("0.7 0 0", 0), ("0.7 0.1", 1)):
+        joint = f'<joint name="j" type="free" damping="{damping}"/>'
+        tree = read(tmp_path, mjcf(joint + '<geom size="0.1"/>'), "r.xml").tree
+        assert tree.base_damping == 0.7 and len(tree.notices) == notices
+        assert all("taken as linear" in text and "'j'" in text for text in tree.notices)
+
+
 AMBIGUOUS = (
     '<mujoco><worldbody><body name="leg"><joint axis="0 1 0"/><geom name="foot" size="0.05" '
     'pos="0.1 0 -0.3"/><site name="foot" pos="{0} 0 -0.3"/></body></worldbody></mujoco>'
