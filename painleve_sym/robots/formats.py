@@ -13,7 +13,7 @@ from enum import StrEnum
 from xml.etree.ElementTree import Element
 
 from painleve_sym.errors import InputError, shortened
-from painleve_sym.robots.xml_text import label
+from painleve_sym.robots.xml_text import EXPAND_XACRO, label
 
 WRITTEN_BY_MUJOCO = (
     'Fix: have MuJoCo write the whole file, with inertias: python -c "import mujoco; '
@@ -257,6 +257,7 @@ _GAZEBO_CONTACT = (
     "minDepth maxVel laserRetro provideFeedback preserveFixedJoint disableFixedJointLumping "
     "disable_fixed_joint_lumping stopCfm stopErp cfmDamping fudgeFactor"
 )
+_XACRO = _rejected("{names} is a macro of xacro without its namespace. " + EXPAND_XACRO)
 URDF: Table = {
     "robot": _element("name", "version"),
     "robot/link": _element("name", "type"),
@@ -279,6 +280,9 @@ URDF: Table = {
     "robot/joint/calibration": _NONE,
     "robot/joint/safety_controller": _NONE,
     "robot/material": _NONE,
+    "robot/macro": _XACRO,
+    "robot/property": _XACRO,
+    "include": _XACRO,
     "robot/transmission": _NONE,
     "robot/sensor": _NONE,
     "robot/ros2_control": _NONE,

@@ -39,6 +39,10 @@ _KINDS = {
     "continuous": JointKind.REVOLUTE,
     "prismatic": JointKind.PRISMATIC,
 }
+_PARTS = ("robot/link", "robot/link/inertial", "robot/joint")
+_ONCE = frozenset(
+    ("inertial", "origin", "mass", "inertia", "parent", "child", "axis", "limit", "dynamics")
+) | {"mimic"}
 _WORLD = "world"
 """Name of a root link that does not move, by convention."""
 
@@ -123,7 +127,12 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
 
 def _notices(root: Element, where: str) -> tuple[str, ...]:
     """Return sentences on what the file has and the tree has not."""
-    elements = ((path, e, _called(e, parent)) for path, e, parent in paths(root, URDF))
+    elements = [(path, e, _called(e, parent)) for path, e, parent in paths(root, URDF)]
+    for path, element, name in elements:
+        tags = [child.tag for child in element]
+        for tag in set(tags) & _ONCE if path in _PARTS else ():
+            if tags.count(tag) > 1:
+                raise InputError(f"{where}: {name} has several <{tag}>, need one.")
     return review(elements, URDF, where)
 
 

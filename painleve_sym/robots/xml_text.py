@@ -6,6 +6,7 @@ too many elements and elements nested too deeply. Nothing but the file itself is
 
 from __future__ import annotations
 
+import codecs
 import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
@@ -68,7 +69,9 @@ def read_elements(path: str | Path, where: str) -> Element:
     content = read_bytes(path, where, MAX_BYTES, "URDF or MJCF file")
     parser = ElementTree.XMLParser(target=_Guarded(where))
     try:
-        parser.feed(content)
+        # The mark of UTF-16 counts, whatever encoding is declared: a shell may have changed it.
+        marked = content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        parser.feed(content.decode("utf-16") if marked else content)
         root = parser.close()
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         if isinstance(error, InputError):
@@ -77,6 +80,10 @@ def read_elements(path: str | Path, where: str) -> Element:
         raise InputError(f"{where}: not well-formed XML: {error}.{fix}") from error
     assert isinstance(root, Element)
     _refuse_macros(root, where)
+    space = root.tag.rpartition("}")[0] + "}"
+    for element in root.iter() if len(space) > 1 else ():
+        # A namespace of the whole file changes no meaning.
+        element.tag = element.tag.removeprefix(space)
     return root
 
 
@@ -119,7 +126,7 @@ def number_list(
     if wrong:
         need = f"{length} finite numbers" if length > 1 else "a finite number"
         need = need if length else "finite numbers"
-        fix = f" {EXPAND_XACRO}" if "${" in text else ""
+        fix = f" {EXPAND_XACRO}" if _is_macro(text) else ""
         raise InputError(
             f"{where}: {label(element)}: {key} = {shortened(text, 80)!r}, need {need}.{fix}"
         )
@@ -136,4 +143,13 @@ def name_of(element: Element, where: str, key: str = "name") -> str:
     name = element.get(key, "").strip()
     if not name:
         raise InputError(f"{where}: {label(element)} has no {key}.")
+    if _is_macro(name):
+        raise InputError(
+            f"{where}: {label(element)}: {key} = {shortened(name, 80)!r} is an expression of "
+            f"xacro. {EXPAND_XACRO}"
+        )
     return name
+
+
+def _is_macro(text: str) -> bool:
+    return "${" in text or "$(" in text

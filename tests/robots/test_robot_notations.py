@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -223,6 +224,12 @@ def test_traces_of_xacro_in_numbers_and_prefixes_name_it(tmp_path):
     text = f'<robot name="r">{link("a").replace("1.0", "${m}")}</robot>'
     with pytest.raises(InputError, match=r"need a finite number.* Fix: expand it"):
         read(tmp_path, text)
+    for old, new in (('name="a"', 'name="${p}_a"'), ("1.0", "$(arg m)")):
+        with pytest.raises(InputError, match=r"Fix: expand it"):
+            read(tmp_path, f'<robot name="r">{link("a").replace(old, new)}</robot>')
+    for old_form in ('<macro name="m"/>', '<property name="p"/>', '<include filename="f"/>'):
+        with pytest.raises(InputError, match=r"macro of xacro without its namespace.*expand it"):
+            read(tmp_path, f'<robot name="r">{link("a")}{old_form}</robot>')
     with pytest.raises(InputError, match=r"unbound prefix.*Fix: expand it"):
         read(tmp_path, '<robot name="r"><xacro:include filename="x"/></robot>')
 
@@ -237,6 +244,24 @@ def test_file_is_read_in_the_encoding_that_it_declares(tmp_path, encoding):
     text = f'<?xml version="1.0" encoding="{declared}"?><robot name="Käfer">{link("füß")}</robot>'
     robot = read(tmp_path, text.encode(encoding))
     assert robot.frames == ("füß",) and robot.tree.name == "Käfer"
+
+
+def test_mark_of_utf_16_and_namespace_of_a_whole_file_change_nothing(tmp_path):
+    text = f'<?xml version="1.0" encoding="utf-8"?><robot name="r" xmlns="u">{link("a")}</robot>'
+    for encoding in ("utf-8", "utf-16"):
+        robot = read(tmp_path, text.encode(encoding))
+        assert robot.frames == ("a",) and robot.tree.notices == ()
+
+
+@pytest.mark.parametrize(
+    "tag", ["inertial", "mass", "axis", "limit", "dynamics", "mimic", "origin"]
+)
+def test_part_of_a_urdf_that_is_there_twice_is_an_error(tmp_path, tag):
+    text = chain("", '<mimic joint="j0"/><dynamics damping="1"/>')
+    form = r"<inertial>.*?</inertial>" if tag == "inertial" else rf"<{tag} .*?/>"
+    whole = re.search(form, text)
+    with pytest.raises(InputError, match=f"has several <{tag}>, need one"):
+        read(tmp_path, text.replace(whole[0], whole[0] * 2, 1))
 
 
 def mjcf(inner, before=""):
