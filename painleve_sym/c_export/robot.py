@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -57,6 +58,7 @@ def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
         "guard": name.upper(),
         "robot": c_comment(tree.name),
         "contact": c_comment(contact.dynamics.contacts[0].frame),
+        "subject": _subject(contact),
         "version": __version__,
         "count": len(joints),
         # An array of C is not empty.
@@ -74,6 +76,13 @@ def export_risk(contact: RobotContact, folder: Path) -> tuple[str, ...]:
     files = {f"{name}.h": "robot.h", f"{name}.c": "robot.c", "main.c": "robot_main.c"}
     write_folder(target, {file: filled(template, values) for file, template in files.items()})
     return tuple(files)
+
+
+def _subject(contact: RobotContact) -> str:
+    """Return the lines of a comment on what the code has of the robot: all but its arguments."""
+    rows = (f"{n}: {t}" for n, t in contact.subject.rows if n not in ("normal", "tilt"))
+    lines = (line for row in rows for line in textwrap.wrap(c_comment(row), 92))
+    return "\n * ".join(lines)
 
 
 def _prefix(text: str) -> str:

@@ -149,7 +149,9 @@ def read_motion(
     read = _read_columns(header, names, touching, where)
     columns = _numbers(rows, header, read, where)
     if TIME_NAME not in columns:
-        raise InputError(f"{where}: has no column {TIME_NAME}, the time in s.")
+        other = next((mark for mark in ";\t" if len(header) == 1 and mark in header[0]), "")
+        fix = f" Fix: separate columns by commas, not by {other!r}." if other else ""
+        raise InputError(f"{where}: has no column {TIME_NAME}, the time in s.{fix}")
     t = columns[TIME_NAME]
     if not (np.diff(t) > 0).all():
         k = int(np.argmin(np.diff(t)))
@@ -325,7 +327,7 @@ def _closed(
 
 def _unread(header: list[str], read: Collection[str], names: Collection[str]) -> list[str]:
     """Return a notice on the columns that are not read."""
-    others = [name for name, _ in map(_named, header) if name not in read]
+    others = [name for name, _ in map(_named, header) if name and name not in read]
     if not others:
         return []
     shown = []

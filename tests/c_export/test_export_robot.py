@@ -39,6 +39,7 @@ def test_code_has_the_numbers_of_the_package(tmp_path):
     files = export_risk(one, tmp_path / "c")
     assert files == ("quadruped_lf_foot.h", "quadruped_lf_foot.c", "main.c")
     header = (tmp_path / "c" / files[0]).read_text()
+    assert "contact: LF_foot, point (0, 0, 0) m" in header and "locked: RH_KFE" in header
     assert "ideal torque control" in header and "QUADRUPED_LF_FOOT_JOINTS = 11" in header
     printed = subprocess.run([built(tmp_path / "c")], capture_output=True, text=True).stdout
     *W, mu_P, direction = map(float, printed.split())

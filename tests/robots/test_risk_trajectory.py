@@ -180,6 +180,7 @@ def test_weights_are_those_of_the_trapezoidal_rule():
     [
         ("", "got 0 lines"),
         ("yaw\n1\n", "has no column t"),
+        ("t;yaw\n0;1\n", "has no column t, the time in s. Fix: separate columns by commas"),
         ("t,yaww\n0,1\n", "has no column of the robot, need such as yaw, pitch, roll"),
         ("t,yaw\n0,1\n1,99\n", "sample 2, t = 1 s: joint yaw: got 99 rad, need a value within"),
         ('t,yaw\n0,"1' + 131073 * "x", "line 2: not CSV: "),

@@ -1,5 +1,7 @@
 /* Risk of the contact $contact of the robot $robot, written by painleve-sym $version.
  *
+ * $subject
+ *
  * Assumptions: ideal torque control, rigid links, one point of contact. */
 #ifndef ${guard}_H
 #define ${guard}_H
