@@ -25,6 +25,7 @@ from painleve_sym.cli.output import (
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.impact.tangential import TangentialImpact
+from painleve_sym.contacts.inputs import border_notices
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -95,13 +96,13 @@ def jump(arguments: argparse.Namespace) -> int:
             "jump: --initial-force and --configuration need a compliant contact. "
             "Fix: name its law, such as --law bilinear-hertz."
         )
-    truncated = scenario.mechanism().notices
+    of_state = scenario.mechanism().notices + border_notices(scenario.place)
     if arguments.json:
         data = jump_data(impact)
         if corrected is not None:
             data["corrected"] = corrected_data(corrected)
             data["notices"] += _rigidity(scenario, corrected)
-        data["notices"] += truncated
+        data["notices"] += of_state
         print_json(data)
         return 0
     # Many velocities stand in the table alone.
@@ -113,7 +114,7 @@ def jump(arguments: argparse.Namespace) -> int:
         show_corrected(corrected, impact, scenario.mechanism().state_units)
         for notice in _rigidity(scenario, corrected):
             show(notice)
-    show_notices(truncated)
+    show_notices(of_state)
     return 0
 
 

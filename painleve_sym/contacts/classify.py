@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,12 +20,12 @@ from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.classify_in_space import SpatialClassification, classified_in_space
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.contacts.inputs import place_of, refuse_infinite, refuse_place
+from painleve_sym.contacts.inputs import border_notices, place_of, refuse_infinite, refuse_place
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.solution import ContactSolution
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.mechanics.outline import KINDS
@@ -277,7 +278,11 @@ def classify(
     >>> ps.classify("rod", {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}).case
     <ContactCase.INCONSISTENT: 'inconsistent'>
     """
-    return classify_at(place_of(mechanism, state, parameters, close, contact_velocity))
+    place = place_of(mechanism, state, parameters, close, contact_velocity)
+    answer = classify_at(place)
+    for notice in border_notices(place):
+        warnings.warn(notice, PainleveWarning, stacklevel=2)
+    return answer
 
 
 def classify_at(place: Place) -> Classification | SpatialClassification:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -116,6 +117,32 @@ def inside(place: Place) -> Place:
         point = [values[name] for name in mechanism.outline.argument_names]
         refuse_outside(place, domain_margins(mechanism).of_vector(point))
     return place
+
+
+def border_notices(place: Place) -> tuple[str, ...]:
+    """Return a sentence for each border of the domain near which W and b lose digits: gimbal lock.
+
+    The mass matrix of three angles is singular there, and W, which is not, is computed with it.
+    """
+    bounds = place.mechanism.outline.domain
+    if not any(bound.near for bound in bounds):
+        return ()
+    point = [place.values[name] for name in place.mechanism.outline.argument_names]
+    margins = domain_margins(place.mechanism).of_vector(point)
+    notices = []
+    for bound, margin in zip(bounds, margins, strict=True):
+        if 0 < margin < bound.near:
+            received = ", ".join(f"{n} = {place.values[n]!r}" for n in bound.names)
+            notices.append(
+                f"At {received}, no more than about {digits_left(float(margin))} digits of W and b "
+                f"are certain, since {bound.margin} is near 0 ({bound.meaning})."
+            )
+    return tuple(notices)
+
+
+def digits_left(margin: float) -> int:
+    """Return how many digits a number has that is computed with a margin, which has no unit."""
+    return max(0, math.floor(math.log10(margin / sys.float_info.epsilon)))
 
 
 def refuse_outside(place: Place, margins: Sequence[float]) -> None:

@@ -184,6 +184,8 @@ def positive(
 class DomainBound:
     """A condition the model needs: `margin` > 0 inside its domain.
 
+    Below `near`, numbers lose digits as the margin, which has no unit, goes to 0; a notice says so.
+
     Examples
     --------
     >>> import painleve_sym as ps
@@ -193,6 +195,7 @@ class DomainBound:
 
     margin: Expr
     meaning: str
+    near: float = 0.0
 
 
 class ParameterSet:

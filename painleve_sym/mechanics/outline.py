@@ -65,6 +65,7 @@ class BoundOutline:
     margin: str
     meaning: str
     names: tuple[str, ...]
+    near: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,9 @@ class MechanismOutline:
             for c in contacts
         )
         bounds = tuple(
-            BoundOutline(str(b.margin), b.meaning, tuple(sorted(map(str, b.margin.free_symbols))))
+            BoundOutline(
+                str(b.margin), b.meaning, tuple(sorted(map(str, b.margin.free_symbols))), b.near
+            )
             for b in domain
         )
         formulas = [system.kinetic_energy, system.potential_energy]

@@ -25,6 +25,8 @@ Vector3: TypeAlias = tuple[Scalar, Scalar, Scalar]
 
 NEAR_LOCK = sp.Rational(1, 10**12)
 """Square of the sine (or cosine) of an angle below which the other two are one turn."""
+LOSES_DIGITS = 1e-6
+"""Such a square below which W and b lose digits, about 1e-16 over it: 1e-3 rad from the lock."""
 FLAT = 1e-12
 """Of the trace of a tensor: how far twice the second moments of a flat body may be below 0."""
 
@@ -192,16 +194,16 @@ class SpatialBody:
             )
 
     @property
-    def bounds(self) -> Iterator[tuple[sp.Expr, str]]:
+    def bounds(self) -> Iterator[tuple[sp.Expr, str, float]]:
         """Margins that are positive where angles do not lock and the tensor is that of a body.
 
-        Each with what is so there. A tensor J is that of a body where tr(J) − 2 J, twice the second
-        moments of its mass, is positive semidefinite; a tensor of numbers is judged by `faults`,
-        and what the signs of parameters decide is left out.
+        Each with what is so there, and `DomainBound.near`. A tensor J is that of a body where
+        tr(J) − 2 J, twice the second moments of its mass, is positive semidefinite; a tensor of
+        numbers is judged by `faults`, and what the signs of parameters decide is left out.
         """
         lock = self.orientation.lock
         if lock is not None and lock[0].free_symbols:
-            yield lock[0], f"{self.name}: {lock[1]}"
+            yield lock[0], f"{self.name}: {lock[1]}", LOSES_DIGITS
         tensor = self.tensor
         if not tensor.free_symbols:
             return
@@ -217,6 +219,7 @@ class SpatialBody:
                     sp.Add(margin, slack, evaluate=False),
                     f"{self.name}: no principal moment of inertia is negative, or more than the "
                     "other two together",
+                    0.0,
                 )
 
     def kinetic_energy(self, rates: Rates) -> sp.Expr:

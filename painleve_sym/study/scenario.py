@@ -19,7 +19,7 @@ from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact_at
-from painleve_sym.contacts.inputs import inside, place_of
+from painleve_sym.contacts.inputs import border_notices, inside, place_of
 from painleve_sym.engines.protocol import DEFAULT_RTOL, RunSettings
 from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -269,11 +269,11 @@ class Scenario:
 
     @property
     def contact_notices(self) -> tuple[str, ...]:
-        """Sentences on the rigid contact problem: its friction law, bodies that have modes."""
+        """Sentences on the rigid contact problem: friction law, modes of bodies, lost digits."""
         kind = offered_choices(self.contact_law()).get("friction") if self.law else None
         of_friction = FRICTION_NOTICES.get(kind or "")
         own = (of_friction,) if of_friction else ()
-        return (*own, *self.mechanism().notices)
+        return (*own, *self.mechanism().notices, *border_notices(self.place))
 
     def classify(self) -> Classification | SpatialClassification:
         """Return the rigid contact problem at the state, with every solution."""

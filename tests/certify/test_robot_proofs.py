@@ -152,7 +152,8 @@ def test_command_proves_and_verifies_without_flint(capsys, tmp_path, monkeypatch
     proved = (*COMMAND, "--over", OVER, "--mu", "1.4")
     data = run_json(capsys, *proved, "--out", str(file))
     assert (data["robot"], data["contact"]) == ("quadruped", "LF_foot")
-    assert data["verdict"] == "proved" and data["piece"] is None and "rigid" in data["notices"][0]
+    assert data["verdict"] == "proved" and data["piece"] is None
+    assert any("rigid" in notice for notice in data["notices"])
     code, out, _ = run(capsys, *COMMAND, "--over", OVER, "--mu", "1.7")
     assert code == 1 and "refuted: need A > 0 for every direction" in " ".join(out.split())
     monkeypatch.setitem(sys.modules, "flint", None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,11 +14,17 @@ from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbe
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.contacts.impact.path import in_each_direction
-from painleve_sym.contacts.inputs import ROUND_OFF, place_of, refuse_infinite, refuse_place
+from painleve_sym.contacts.inputs import (
+    ROUND_OFF,
+    border_notices,
+    place_of,
+    refuse_infinite,
+    refuse_place,
+)
 from painleve_sym.contacts.local_mode import sign_of
 from painleve_sym.contacts.risk import slip_angle
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
@@ -232,7 +239,11 @@ def evaluate_jump(
     mechanism.require_one_contact()
     declared = ParameterSet(*mechanism.outline.parameters, law.parameter)
     checks = {"declared": declared, "where": _where(mechanism)}
-    return jump_at(place_of(mechanism, state, parameters, close, contact_velocity, **checks), law)
+    place = place_of(mechanism, state, parameters, close, contact_velocity, **checks)
+    result = jump_at(place, law)
+    for notice in border_notices(place):
+        warnings.warn(notice, PainleveWarning, stacklevel=2)
+    return result
 
 
 def _where(mechanism: Mechanism) -> str:

@@ -64,9 +64,12 @@ class ContactMap:
 
     # ---- grids ----
 
-    def grids(self, grid: Mapping[str, Any]) -> tuple[Grids, NDArray[np.bool_], dict[str, float]]:
+    def grids(
+        self, grid: Mapping[str, Any]
+    ) -> tuple[Grids, NDArray[np.bool_], dict[str, float], list[float]]:
         """Return the fields of the map, whether the contact is open where inside, thresholds.
 
+        Last come the margins of points at which W and b lose digits (`DomainBound.near`).
         The thresholds are those on the grid, in space alone; `closed_thresholds` has the others.
         """
         grid = dict(zip(grid, np.broadcast_arrays(*grid.values()), strict=True))
@@ -91,7 +94,12 @@ class ContactMap:
         grids["A_pull"] = np.where(inside, pull[0], np.nan) if pull else None
         grids["flow"] = self._flow(grid, B, case)
         is_open = (np.abs(at.gap) > at.gap_tolerance) | (np.abs(at.gap_rate) > at.rate_tolerance)
-        return grids, is_open[0][inside], thresholds
+        near = [
+            margin[inside & (margin < bound.near)]
+            for bound, margin in zip(self.mechanism.outline.domain, at.margins, strict=False)
+        ]
+        lost = [value for values in near for value in values.tolist()]
+        return grids, is_open[0][inside], thresholds, lost
 
     def _flow(self, grid: Mapping[str, Any], B: Array, case: NDArray[np.int8]) -> Array | None:
         """Return the rates of both axes in slip; None in space, and where one is a parameter."""

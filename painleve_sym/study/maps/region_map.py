@@ -16,6 +16,7 @@ from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closing_hint
+from painleve_sym.contacts.inputs import digits_left
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import plain_fields
@@ -294,11 +295,19 @@ def region_map(
         grid = place.grid()
         place = place.with_solved(grid)
         contact = replace(contact, place=place)
-        grids, is_open, on_grid = contact.grids(grid)
+        grids, is_open, on_grid, near = contact.grids(grid)
         if not (grids["case"] >= 0).any():
             raise InputError(_nothing_inside(mechanism, place))
         curves, crossings, shared = contact.zeros(grids)
     _tell_where_open(place, is_open)
+    if near:
+        warnings.warn(
+            f"at {len(near)} of {is_open.size} points W and b lose digits near gimbal lock, where "
+            f"about {digits_left(min(near))} are certain at the worst. "
+            "Fix: turn the body about other axes, or orient it by a quaternion.",
+            PainleveWarning,
+            stacklevel=2,
+        )
     return RegionMap(
         mechanism=mechanism.name,
         slip=contact.slip,
