@@ -103,7 +103,8 @@ def positive_function(
     fixed = {name: v for name, v in whole.items() if name not in over}
     numbers = entries.function(ca.vertcat(*(at[name] for name in entries.arguments)))
     bounds = [f"{b.margin} > 0 ({b.meaning})" for b in outline.domain]
-    bounds += [own_inertia(name) for name in outline.velocity_names]
+    locks = ", which it loses in gimbal lock" if any(b.near for b in outline.domain) else ""
+    bounds += [own_inertia(name) + locks for name in outline.velocity_names]
     count = len(bounds)
     rows = 1 + Delassus.of(mechanism).dynamics.n_tangents
     W = ca.reshape(numbers[count:], rows, rows).T

@@ -354,6 +354,16 @@ def test_box_that_leaves_the_domain_is_refuted_there(capsys, name):
     assert run(capsys, *command[:3], kept, "--set", held)[0] == 0
 
 
+def test_mass_matrix_that_is_singular_beside_the_lock_names_the_lock(capsys):
+    pytest.importorskip("flint", reason="needs the extra certify (python-flint)")
+    # 2.3e-6 rad from the lock: within its border of 1e-6 rad there is no state of this box.
+    box = ("--over", "theta=1.5:1.570794", "--set", "mu=0.1", "--json")
+    data = json.loads(run(capsys, "certify", "brick", *box)[1])
+    assert data["verdict"] == "refuted"
+    assert data["condition"].startswith("a regular mass matrix")
+    assert data["condition"].endswith("which it loses in gimbal lock")
+
+
 SINGULAR = """
 [coordinates]
 x = { unit = "m", meaning = "place of a slider" }
