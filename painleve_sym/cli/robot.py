@@ -251,7 +251,7 @@ def _show_poses(report: RiskReport, least: LeastRisk) -> None:
     singular = "" if least.mu_P else ", beside a pose that cannot move along the normal"
     show(f"least mu_P that a search over joint limits reached: {number(least.mu_P, 6)}{singular}")
     if math.isfinite(least.mu_P):
-        pose = (f"{name} = {number(v, 4, 10.0)}" for name, v in least.joints.items())
+        pose = (f"{name} = {number(v, 4, 1e3)}" for name, v in least.joints.items())
         show(f"  at {', '.join(pose)}")
     # Values of poses themselves: there is nothing between a number and infinity.
     parts = [0.05, 0.5, 0.95]

@@ -22,6 +22,7 @@ from painleve_sym.files import read_text
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.robots.dynamics import BASE, MAX_LISTED, NORMAL, TANGENT, first_tangent
 from painleve_sym.robots.robot_contact import RobotContact
+from painleve_sym.units import in_unit, is_quantity
 
 MAX_BYTES = 200_000_000
 HEIGHT = "height"
@@ -59,7 +60,7 @@ class TouchingRule:
 
     @classmethod
     def of(cls, text: str, where: str = "touching") -> TouchingRule:
-        """Return the rule of a text such as ``foot_force>5``, ``height<0.001`` or ``stance``.
+        """Return the rule of a text such as ``foot_force>5``, ``height<1mm`` or ``stance``.
 
         Raises
         ------
@@ -76,7 +77,9 @@ class TouchingRule:
         bound = math.nan
         if parts:
             try:
-                bound = float(parts["bound"] or 0.0)
+                text_of_bound = parts["bound"] or "0"
+                length = parts["name"] == HEIGHT and is_quantity(text_of_bound)
+                bound = in_unit(text_of_bound, "m", where) if length else float(text_of_bound)
             except ValueError:
                 bound = math.nan
         if not parts or not math.isfinite(bound):

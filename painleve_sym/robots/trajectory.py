@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.contacts.one_contact_answer import contact as contact_answer
+from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite
@@ -20,7 +21,7 @@ from painleve_sym.robots.motion_log import Motion
 from painleve_sym.robots.robot_contact import RobotContact
 
 FLIGHT, IMPACT, UNANSWERED = "flight", "impact", "unanswered"
-"""Cases of a contact that is open or leaves, that approaches, and that cannot move so."""
+"""Cases of a contact that is open, that approaches, and that cannot move so."""
 REST_SPEED = 0.02
 """Speed of a contact that counts as rest in a log by default, m/s."""
 
@@ -41,9 +42,10 @@ class RiskTrajectory(Compared):
     closed : ndarray of bool, shape (n,)
         Whether the contact touches.
     case : tuple of str
-        At each sample ``flight`` where the contact is open or leaves, ``impact`` where it
-        approaches, ``unanswered`` where the joints cannot move it so, else the case of the rigid
-        contact problem; empty without velocities, torques or friction.
+        At each sample ``flight`` where the contact is open, ``impact`` where it approaches,
+        ``liftoff`` also where it touches by a rule and leaves, ``unanswered`` where the joints
+        cannot move it so, else the case of the rigid contact problem; empty without velocities,
+        torques or friction.
     rest : float
         Speed along the normal, and of slip, that counts as 0; m/s.
     notices : tuple of str
@@ -154,9 +156,11 @@ def risk_along(
     case: tuple[str, ...] = ()
     if mu and motion.moves:
         W, b = contact.in_question(numbers)
+        # Where a rule says that it touches, a contact that rises leaves; else it is open already.
+        leaving = FLIGHT if motion.closed is None else ContactCase.LIFTOFF.value
         opened = np.zeros(len(motion.t), bool) if motion.closed is None else ~motion.closed
         case = tuple(
-            _open_case(bool(opened[k]), float(v[0, k]), rest)
+            _moving_case(bool(opened[k]), float(v[0, k]), rest, leaving)
             or _closed_case(W[..., k], b[:, k], mu, v[1:, k], rest)
             for k in range(len(motion.t))
         )
@@ -164,10 +168,12 @@ def risk_along(
     return RiskTrajectory(motion.t, mu, mu_P, margin, closed, case, rest, notices)
 
 
-def _open_case(opened: bool, rate: float, rest: float) -> str:
+def _moving_case(opened: bool, rate: float, rest: float, leaving: str) -> str:
     """Return the case of a contact that is open, leaves or approaches; empty for others."""
-    if opened or rate > rest:
+    if opened:
         return FLIGHT
+    if rate > rest:
+        return leaving
     return IMPACT if rate < -rest else ""
 
 
