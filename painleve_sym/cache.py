@@ -32,13 +32,16 @@ PREFIX = "painleve-"
 """Of all names in the cache: its folder may have another purpose, too."""
 ZIG_FOLDER = f"{PREFIX}zig"
 """Where the compiler of the package ziglang keeps what it made of its own libraries."""
+COMPILER_LOG = f"{PREFIX}compiler.log"
+"""Text of a compiler that failed last."""
 _WORK = f"{PREFIX}work-"
 ENTRY, FORM = ".json", ".form"
 """Ends of the names of entries, and of those that hold one expression."""
 _AT_ONCE = 1 << 20
-# Libraries, derivations, the folders in which both are made, and what a compiler keeps.
+# Libraries, derivations, the folders in which both are made, and what a compiler keeps or says.
 _OWN_NAME = re.compile(
     rf"{PREFIX}[0-9a-f]{{40}}(?:-[0-9a-f]{{40}}\.so|\.json|\.form)|{_WORK}[a-z0-9_]{{8}}|{ZIG_FOLDER}"
+    rf"|{re.escape(COMPILER_LOG)}"
 )
 
 

@@ -94,7 +94,17 @@ class NoRecurrence(PainleveError):
 
 
 class CompileError(PainleveError):
-    """The C compiler rejected the generated source; the message quotes the compiler."""
+    """The C compiler rejected the generated source.
+
+    Attributes
+    ----------
+    compiler_text : str
+        Text of the compiler itself, which the message leaves out.
+    """
+
+    def __init__(self, message: str = "", compiler_text: str = "") -> None:
+        super().__init__(message)
+        self.compiler_text = compiler_text
 
 
 class CompilerMissing(PainleveError):
@@ -171,6 +181,11 @@ class StopReason(enum.StrEnum):
     STEP_UNDERFLOW = (
         "step_underflow",
         "the step size fell below round-off; loosen rtol or check for a singular state",
+    )
+    FORCE_JUMP = (
+        "force_jump",
+        "a force of the mechanism jumps where a velocity is 0 and holds the motion there; "
+        "make the force continuous",
     )
     SINGULAR = (
         "singular",

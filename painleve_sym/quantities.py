@@ -12,6 +12,9 @@ from typing import NamedTuple
 
 from painleve_sym.escape import figure_text
 
+ROUNDING = 1e-13
+"""Part of the size of a quantity below which its values are rounding, whatever the tolerance."""
+
 
 class Quantity(NamedTuple):
     """Unit, LaTeX and meaning of a named quantity; the unit is empty where it depends on a law."""

@@ -524,7 +524,7 @@ command(
         "what to estimate: parameters, or start values of a history",
         read_names,
     ),
-    text("--until", "EVENT,...", "event that ends each motion, by default separation", read_names),
+    text("--until", "EVENT,...", "end of each motion, by default that of the impact", read_names),
     text("--t-end", "TIME", "by when each motion has ended, s, by default 1", SECONDS),
     text("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
     text("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95", read_number),

@@ -41,7 +41,7 @@ def fit(arguments: argparse.Namespace) -> int:
         estimate=arguments.estimate,
         state=start,
         parameters={**scenario.parameters, **scenario.law_parameters},
-        until=scenario.until or ("separation",),
+        until=scenario.until or (),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,
         sigma=sigma,
         **limits,

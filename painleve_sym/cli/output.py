@@ -12,14 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.files import to_plain, write_beside
+from painleve_sym.quantities import ROUNDING
 
 if TYPE_CHECKING:
     from painleve_sym.study.critical.outcome_map import OutcomeMap
     from painleve_sym.study.maps.region_map import RegionMap
 
 WIDTH = 80
-ROUNDING = 1e-13
-"""Part of the size of a quantity below which its numbers are the rounding of others."""
 
 
 def print_json(data: Mapping[str, Any]) -> None:

@@ -294,22 +294,23 @@ def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, 
 
 
 def _show_events(trajectory: Trajectory) -> None:
-    events = trajectory.events
+    events = trajectory.events_above_tolerance
+    folded = len(trajectory.events) - len(events)
     if not events:
-        show("no events")
+        show(f"{counted(folded, 'event')} below the tolerance" if folded else "no events")
         return
     half = SHOWN_EVENTS // 2
     hidden = max(0, len(events) - SHOWN_EVENTS)
     shown = events if not hidden else [*events[:half], *events[-half:]]
     several = len({e.contact for e in shown}) > 1
-    force = trajectory.size("normal_force")
+    above = trajectory.above_tolerance
     rows = [
         (
             number(e.time, 9),
             f"{e.kind} {e.contact}" if several and e.contact else e.kind,
             e.mode_after,
-            number(e.normal_force, size=force),
-            number(e.compression, size=trajectory.size("gap", e.contact)),
+            number(above("normal_force", e.normal_force)),
+            number(above("gap", e.compression, e.contact)),
         )
         for e in shown
     ]
@@ -317,6 +318,8 @@ def _show_events(trajectory: Trajectory) -> None:
         rows.insert(half, ("...", f"{hidden} more", "", "", ""))
     head = ("time [s]", "event", "mode after", "F_n [N]", "depth [m]")
     show_table(head, rows, left=(1, 2), indent=0)
+    if folded:
+        show(f"and {counted(folded, 'event')} below the tolerance")
 
 
 def ending(trajectory: Trajectory) -> str:
@@ -326,8 +329,9 @@ def ending(trajectory: Trajectory) -> str:
     if reason is StopReason.T_END:
         return f"reached the end time {time}"
     if reason is StopReason.UNTIL:
-        kind = trajectory.events[-1].kind if trajectory.events else reason.label
-        return f"ended at {time} by {kind}"
+        asked = trajectory.inputs["options"]["until"] if trajectory.inputs else ()
+        kinds = [e.kind for e in trajectory.events if e.kind in asked or not asked]
+        return f"ended at {time} by {kinds[-1] if kinds else reason.label}"
     if reason is StopReason.LEFT_DOMAIN:
         return f"ended at {time}: {text}"
     return f"stopped at {time}: {reason.label} ({text})"
@@ -337,9 +341,10 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     show()
     show(ending(trajectory))
     final = {n: v for n, v in trajectory.final.items() if n in units}
-    rows = [(n, number(v, 9, trajectory.size(n)), units[n]) for n, v in final.items()]
+    above = trajectory.above_tolerance
+    rows = [(n, number(above(n, v), 9), units[n]) for n, v in final.items()]
     forces = trajectory.final_forces
-    rows += [(n, number(v, 9, trajectory.size(n)), "N") for n, v in forces.items()]
+    rows += [(n, number(above(n, v), 9), "N") for n, v in forces.items()]
     show_table(("state", "value", "unit"), rows, left=(0, 2))
     _show_findings(trajectory, units)
     residual = trajectory.energy_residual
@@ -391,6 +396,7 @@ def _show_samples(data: Mapping[str, Any], trajectory: Trajectory) -> None:
             f"tangential_force{end}": "F_t [N]",
         }
         columns = [[number(float(t)) for t in data["time"]]]
-        columns += [[number(float(v), size=trajectory.size(n)) for v in data[n]] for n in titles]
+        above = trajectory.above_tolerance
+        columns += [[number(above(n, float(v))) for v in data[n]] for n in titles]
         cells = list(zip(*columns, strict=True))
         show_table(["time [s]", *titles.values()], cells, left=(), indent=0)

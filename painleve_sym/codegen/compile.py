@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.cache import (
+    COMPILER_LOG,
     PREFIX,
     ZIG_FOLDER,
     cache_folder,
@@ -30,7 +31,7 @@ from painleve_sym.cache import (
     temporary_folder,
     work_folder,
 )
-from painleve_sym.errors import CompileError, CompilerMissing, InputError
+from painleve_sym.errors import CompileError, CompilerMissing, InputError, PainleveError
 
 # Apple's compiler names its own processors by another flag.
 _APPLE = (sys.platform, platform.machine()) == ("darwin", "arm64")
@@ -190,7 +191,7 @@ def _fault(compiler: Compiler) -> str | None:
             source.write_text(text, "ascii")
             _run(compiler, Path(work, "probe.so"), source, "-lm")
     except CompileError as error:
-        return " ".join(str(error).split())[:500]
+        return str(error).partition(" Fix:")[0].rstrip(".")
     except OSError as error:
         return f"temporary folder: {error.strerror or error}"
     return None
@@ -336,13 +337,28 @@ def _run(compiler: Compiler, target: Path, *arguments: str | Path) -> None:
         answer = _answer(command, env=environment(target.parent))
     except OSError as error:
         raise CompileError(f"compiler {compiler} cannot be run: {error.strerror}") from error
-    if answer.returncode != 0:
-        raise CompileError(
-            f"compiler {compiler} ({compiler.version}) failed with exit code "
-            f"{answer.returncode}:\n{answer.stderr.strip()[-2000:]}"
-        )
-    if not target.exists():
-        raise CompileError(f"compiler {compiler} ({compiler.version}) wrote no file")
+    if answer.returncode != 0 or not target.exists():
+        raise rejection(f"{compiler} ({compiler.version})", answer)
+
+
+_REMEDY = "name another compiler in the variable CC; if that one fails, too, please report it"
+
+
+def rejection(
+    compiler: str, answer: subprocess.CompletedProcess[str], remedy: str = _REMEDY
+) -> CompileError:
+    """Return the error of a compiler that made nothing; its text is kept in a file of the cache."""
+    text = answer.stderr.strip()
+    failed = f"exit code {answer.returncode}" if answer.returncode else "it wrote no file"
+    kept = ""
+    with suppress(OSError, PainleveError):
+        log = cache_folder() / COMPILER_LOG
+        log.write_text(f"{shlex.join(map(str, answer.args))}\n{text}\n", "utf-8")
+        kept = f" Its text is in {log}."
+    return CompileError(
+        f"compiler {compiler} does not compile the generated code ({failed}).{kept} Fix: {remedy}.",
+        text,
+    )
 
 
 def environment(work: Path) -> dict[str, str]:

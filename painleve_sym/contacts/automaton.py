@@ -47,7 +47,7 @@ from painleve_sym.hybrid.automaton import (
 from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.mechanics.contact_set import ContactSet
 
-_ZERO = sp.Integer(0)
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
 
 INTERFACES: dict[ContactKind, type[Interface]] = {
@@ -128,9 +128,10 @@ class PluralContacts(ContactStates):
         normal, tangent = self._at.normal, self._at.tangent
         for i in range(n):
             t = tangent(i)
+            moves, ease_alone = self._slides(i)
             for j in range(n):
                 share = sticks[i] * sticks[j] * W[t, tangent(j)]
-                matrix[i, j] = share if i != j else W[t, t]
+                matrix[i, j] = share if i != j else ease_alone
             for k, force in enumerate(columns):
                 slipping = [
                     c.known_friction(force(j)) + (c.spring_force if k == 0 else _ZERO)
@@ -140,10 +141,26 @@ class PluralContacts(ContactStates):
                     W[t, normal(j)] * force(j) + W[t, tangent(j)] * slipping[j] for j in range(n)
                 )
                 pulled += b[t] if k == 0 else _ZERO
-                right[i, k] = -sticks[i] * pulled + (1 - sticks[i]) * W[t, t] * slipping[i]
+                held, free = sticks[i] * moves, (1 - sticks[i]) * ease_alone
+                right[i, k] = free * slipping[i] - held * pulled
         if len(columns) == 1:
             ease = self._capacities(columns[0])
         return LinearSystem(unknowns, matrix, right, ease=ease)
+
+    def _slides(self, i: int) -> tuple[sp.Expr, sp.Expr]:
+        """Return 1 where some motion slides a contact, else 0, and W_tt there, else 1.
+
+        Where no motion does, W_tt = 0, and the friction that sticking needs is 0.
+        """
+        t = self._at.tangent(i)
+        own, symbol = self.contact_set.W[t, t], self._symbols["W"][t, t]
+        states = {*self.mechanism.system.q, *self.mechanism.system.q_dot}
+        if own == 0:
+            return _ZERO, _ONE
+        if own.is_positive or own.free_symbols & states:
+            return _ONE, symbol
+        slides = sp.sign(symbol)
+        return slides, symbol + 1 - slides
 
     @cached_property
     def _several_stick(self) -> sp.Expr:

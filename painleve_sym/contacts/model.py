@@ -175,7 +175,8 @@ class ContactModel:
     @cached_property
     def own_laws(self) -> tuple[OwnLaw, ...]:
         """The law that each contact follows, in its own symbols."""
-        taken = [p.name for p in self.mechanism.outline.parameters]
+        outline = self.mechanism.outline
+        taken = [*(p.name for p in outline.parameters), *outline.state_names]
 
         def own(contact: ContactOutline, law: Law) -> OwnLaw:
             if contact.bilateral:
@@ -183,7 +184,7 @@ class ContactModel:
             by_contact = law if len(self.laws) == 1 else law.of_contact(contact.name)
             return by_contact.apart_from(taken)
 
-        return tuple(map(own, self.mechanism.outline.contacts, self._given))
+        return tuple(map(own, outline.contacts, self._given))
 
     @cached_property
     def compliant(self) -> dict[int, ContactLaw]:

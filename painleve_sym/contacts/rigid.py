@@ -200,7 +200,10 @@ class RigidContact(OneContact):
         """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
         c = self.mechanism.coefficients
         if not c.rank_one:
-            return all_positive(c.stick_force, *self.stick_margins(c.stick_force).values())
+            margins = self.stick_margins(c.stick_force).values()
+            # Without friction it sticks where none is needed: nothing begins to slip.
+            none = sp.And(is_zero(c.mu), is_zero(self.tangential_force("stick", c.stick_force)))
+            return sp.And(positive(c.stick_force), sp.Or(all_positive(*margins), none))
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
         terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.cache import read_entry, write_entry
-from painleve_sym.codegen.compile import environment
+from painleve_sym.codegen.compile import environment, rejection
 from painleve_sym.codegen.derivation_cache import ENGINE, entry_key
 from painleve_sym.errors import CompileError, CompilerMissing
 from painleve_sym.explorer.prebuilt import STORED
@@ -128,8 +128,5 @@ def _compiled(command: tuple[str, ...], work: str, units: tuple[str, ...]) -> by
     except OSError as error:
         raise CompileError(f"compiler {command[0]} cannot be run: {error.strerror}") from error
     if answer.returncode != 0 or not target.exists():
-        raise CompileError(
-            f"compiler {command[0]} made no WebAssembly module (exit code {answer.returncode}):\n"
-            f"{answer.stderr.strip()[-2000:]}"
-        )
+        raise rejection(command[0], answer, "install the package ziglang, or please report it")
     return target.read_bytes()

@@ -111,6 +111,20 @@ class ContactLaw(Compared, Deferred):
         return ContactKind.SPRING if yields else ContactKind.COMPLIANT
 
     @cached_property
+    def remembers(self) -> tuple[str, ...]:
+        """Names of what the force depends on besides δ, δ̇ and the slip; empty where on nothing.
+
+        Examples
+        --------
+        >>> from painleve_sym import laws
+        >>> laws.bilinear_hertz().remembers, laws.hertz().remembers
+        (('branch', 'delta_max'), ())
+        """
+        branch = ("branch",) if len({b.force for b in self.branches}) > 1 else ()
+        spring = ("deflection of the tangential spring",) if self.kind is ContactKind.SPRING else ()
+        return (*branch, *map(str, self.memory), *spring)
+
+    @cached_property
     def definition(self) -> str:
         """Everything its derivations start from, as one text (`definition_text`)."""
         from painleve_sym.mechanics.definition import definition_text
@@ -206,7 +220,7 @@ class ContactLaw(Compared, Deferred):
     def apart_from(self, names: Collection[str]) -> ContactLaw:
         """Return the law with ``_law`` behind the names of its parameters that are taken.
 
-        So a drum of radius ``R`` goes with a law whose parameter is ``R``.
+        So a drum of radius ``R``, or a coordinate ``n``, goes with a law of such a parameter.
         """
         if not any(p.name in names for p in self.parameters):
             return self

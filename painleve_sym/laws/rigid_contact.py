@@ -101,11 +101,11 @@ class RigidLaw:
         return self
 
     def apart_from(self, names: Collection[str]) -> RigidLaw:
-        """Return the law itself; InputError where the mechanism has a parameter of its name."""
+        """Return the law itself; InputError where the mechanism has its name, too."""
         for own in self.parameters:
             if own.name in names:
                 raise InputError(
-                    f"law {self.name!r}: the mechanism has a parameter {own.name!r} too. "
+                    f"law {self.name!r}: the mechanism has the name {own.name!r} too. "
                     "Fix: rename that of the mechanism."
                 )
         return self

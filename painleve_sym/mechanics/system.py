@@ -258,7 +258,7 @@ class LagrangianSystem(Compared):
         kinetic = sum((b.kinetic_energy(rates) for b in bodies), expr(kinetic_energy))
         potential = expr(potential_energy) + weight(bodies, gravity)
         potential += sum(s.potential_energy for s in springs)
-        given = {k: expr(v) for k, v in (generalized_forces or {}).items()}
+        given = {k: _with_signs(expr(v)) for k, v in (generalized_forces or {}).items()}
         parts = [s.forces(q, rates) for s in springs] + [load.forces(q) for load in loads]
         for velocity, column in zip(velocities, columns, strict=True):
             own = (p[q.index(s)] * n for p in parts for s, n in column)
@@ -617,3 +617,15 @@ def _rates(
     if TIME.name not in names:
         rates[TIME] = sp.Integer(1)
     return rates
+
+
+def _with_signs(force: sp.Expr) -> sp.Expr:
+    """Return a force with sign(v) in place of v/|v|, which has a value at v = 0, too."""
+
+    def signed(product: sp.Expr) -> sp.Expr:
+        for size in product.atoms(sp.Abs):
+            if sp.Pow(size, -1) in product.args and size.args[0] in product.args:
+                product = product * size / size.args[0] * sp.sign(size.args[0])
+        return product
+
+    return force.replace(lambda e: e.is_Mul and e.has(sp.Abs), signed)

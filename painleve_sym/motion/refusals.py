@@ -12,6 +12,7 @@ from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
 from painleve_sym.engines.protocol import RawRun
 from painleve_sym.errors import InputError, StopReason
+from painleve_sym.motion.force_jumps import jump_advice
 from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 from painleve_sym.units import Value
 
@@ -115,4 +116,6 @@ def end_detail(simulator: MechanismWithLaws, raw: RawRun) -> str:
         return _GUIDE_MEETS
     if simulator.contact.several and raw.stop_reason is StopReason.JAM:
         return _JAM
+    if raw.stop_reason is StopReason.FORCE_JUMP:
+        return jump_advice(simulator.mechanism)
     return raw.stop_reason.advice

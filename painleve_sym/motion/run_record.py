@@ -11,14 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.choices import Record
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
+from painleve_sym.motion.energy_balance import balance_residual
 from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains
+from painleve_sym.motion.pressed_start import PressedStart, pressed_starts
 from painleve_sym.motion.pressing import ContactSurface, contact_surfaces
 from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
@@ -50,6 +54,8 @@ class StoredRecord(Compared):
     constants: Array
     body_periods: tuple[BodyPeriod, ...] = ()
     surfaces: tuple[ContactSurface, ...] = ()
+    pressed_starts: tuple[PressedStart, ...] = ()
+    residual_at_events: float = math.nan
     scales: Mapping[str, float] = field(default_factory=dict)
     inputs: dict[str, Any] = field(default_factory=dict)
 
@@ -132,7 +138,21 @@ class RunRecord:
 
     @cached_property
     def events(self) -> tuple[EventRecord, ...]:
-        """The events with all solutions where there are several, and with their impulses."""
+        """The events with all solutions where there are several, and with their impulses.
+
+        No slip starts without friction: nothing had stuck.
+        """
+        mechanism, values = self.simulator.mechanism.outline, self.start.place.parameters
+        smooth = {c.name for c in mechanism.contacts if not values.get(c.friction, 1)}
+        return tuple(
+            e
+            for e in self._every_event
+            if e.kind is not EventKind.SLIP_START or e.contact not in smooth
+        )
+
+    @cached_property
+    def _every_event(self) -> tuple[EventRecord, ...]:
+        """The events of the engine, one a row of its record."""
         simulator, rows, outline = self.simulator, self.raw.event_records, self.simulator.outline
         outputs = simulator.integrator.outputs(*rows.before, self.constants)
         at = {name: outputs[:, i] for i, name in enumerate(outline.output_names)}
@@ -172,6 +192,28 @@ class RunRecord:
         return tuple(records)
 
     @cached_property
+    def residual_at_events(self) -> float:
+        """Energy residual from start, events and end, where these are kept without steps, else nan.
+
+        See `Trajectory.energy_residual`.
+        """
+        if self.options.record != Record.EVENTS:
+            return math.nan
+        rows, raw, outline = self.raw.event_records, self.raw, self.simulator.outline
+        after = rows.after
+        first = (raw.mode, raw.memory)
+        if len(rows.time):
+            first = (int(rows.mode_before[0]), rows.memory_before[0])
+        modes = np.array([first[0], *after[0], raw.mode])
+        states = np.vstack([self.start.state, after[1], raw.state])
+        memory = np.vstack([first[1], after[2], raw.memory])
+        outputs = self.simulator.integrator.outputs(modes, states, memory, self.constants)
+        terms = {name: outputs[:, outline.output_names.index(name)] for name in ENERGIES}
+        names = outline.state_names
+        terms |= {name: states[:, names.index(name)] for name in LOSSES if name in names}
+        return balance_residual(terms)
+
+    @cached_property
     def energy_gains(self) -> tuple[EnergyGain, ...]:
         """Impacts and reloads that add energy."""
         rows, outline = self.raw.event_records, self.simulator.outline
@@ -181,7 +223,7 @@ class RunRecord:
         outputs = self.simulator.integrator.outputs
         place = outline.output_names.index("kinetic_energy")
         before, after = (outputs(*at, self.constants)[:, place] for at in (rows.before, rows.after))
-        return energy_gains(rows, self.events, (before, after), self.simulator.names)
+        return energy_gains(rows, self._every_event, (before, after), self.simulator.names)
 
     @cached_property
     def body_periods(self) -> tuple[BodyPeriod, ...]:
@@ -196,6 +238,17 @@ class RunRecord:
         names = [c.name for c in contact.mechanism.outline.contacts]
         values, materials = self.start.place.parameters, self.start.materials or ()
         return contact_surfaces(names, contact.laws, contact.own_laws, values, materials)
+
+    @cached_property
+    def pressed_starts(self) -> tuple[PressedStart, ...]:
+        """Contacts that start pressed, not by an initial force, and whose law remembers."""
+        if self.start.force >= 0:
+            return ()
+        contact, names = self.simulator.contact, self.simulator.outline.state_names
+        gaps = [names.index(row.gap) for row in contact.rows]
+        own = ((float(self.start.state[i]), float(self.start.scale[i])) for i in gaps)
+        given = zip(self.simulator.names.contacts, contact.own_laws, own, strict=True)
+        return tuple(pressed_starts((name, law, *numbers) for name, law, numbers in given))
 
     @cached_property
     def scales(self) -> dict[str, float]:

@@ -98,7 +98,9 @@ def simulate(
     t_end : float or str
         s, > 0; or a text with its unit, such as ``1 ms``.
     until : EventKind, its text, or several
-        Kinds of events that end the run, after what else happens at that instant.
+        Kinds of events that end the run, after what else happens at that instant: a rigid contact
+        that touches down has its impact, and `final` is the state after it. The state before is
+        that of the event: ``run.events_of("touchdown")[-1].state``.
     parameters, law_parameters : mapping of str to (float or str)
         Of the mechanism, and of the law; absent ones have their defaults. Parameters of laws may
         also be among the former: a name that both have is the mechanism's there, and the law's

@@ -20,6 +20,7 @@ from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.materials import MaterialsLike, two_materials
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
+from painleve_sym.motion.force_jumps import integrated
 from painleve_sym.motion.locate_limit import with_limit
 from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 from painleve_sym.motion.records import EngineOutputs
@@ -137,7 +138,7 @@ class Simulator(Compared, MechanismWithLaws):
         checked = self.options(start.scale, settings)
         if not checked.until:
             refuse_plastic(self, start.place.parameters)
-        raw = self.integrator.run(start.state, start.parameters, checked)
+        raw = integrated(self, start, checked)
         trajectory = self.trajectory(raw, start, checked)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.place.parameters)

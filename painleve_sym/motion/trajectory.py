@@ -32,13 +32,15 @@ from painleve_sym.hooks import upper
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice, balance_residual
 from painleve_sym.motion.energy_gains import EnergyGain, notices
+from painleve_sym.motion.pressed_start import PressedStart, past_notices, several_notices
 from painleve_sym.motion.pressing import ContactSurface, pressing_notices
 from painleve_sym.motion.records import EngineOutputs, EventRecord, Film, MotionNames, Segment
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.run_record import RunRecord, StoredRecord
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
+from painleve_sym.motion.small_events import events_above_tolerance
 from painleve_sym.notebooks import Shown
-from painleve_sym.quantities import counted, unit_of
+from painleve_sym.quantities import ROUNDING, counted, unit_of
 
 if TYPE_CHECKING:
     import pandas
@@ -200,8 +202,8 @@ class Trajectory(Shown, Compared):
         """Sentences that a reader of the result should know.
 
         They name an energy balance that does not close, energy that the motion gained, bodies
-        that are not rigid in its impacts, and contacts that are pressed deeper or harder than their
-        law holds for.
+        that are not rigid in its impacts, contacts that are pressed deeper or harder than their
+        law holds for, and a start that the state alone does not determine.
         """
         gained = notices(self.energy_gains)
         if self.energy_closes is False:
@@ -210,7 +212,8 @@ class Trajectory(Shown, Compared):
         durations = contact_durations(self.events) if periods else {}
         pressed = self.record.surfaces if self.evaluator else ()
         hard = pressing_notices(pressed, self.events, self.final_outputs) if pressed else ()
-        return (*gained, *rigidity_notices(durations, periods), *hard)
+        past = (*past_notices(self.record.pressed_starts), *several_notices(self.events))
+        return (*past, *gained, *rigidity_notices(durations, periods), *hard)
 
     @property
     def body_periods(self) -> tuple[BodyPeriod, ...]:
@@ -283,10 +286,9 @@ class Trajectory(Shown, Compared):
     def size(self, name: str, contact: str = "") -> float:
         """Return the size of a state, gap, rate or force in this motion, in its SI unit.
 
-        Numbers below 1e-13 of it are the rounding of others. It is the largest value at events,
-        beginnings of steps and the end, and no less than the scale of the absolute tolerance at the
-        start; that of a force is the largest force. With several contacts, `contact` is that of a
-        gap or its rate.
+        It is the largest value at events, beginnings of steps and the end, and no less than the
+        scale of the absolute tolerance at the start; that of a force is the largest force. With
+        several contacts, `contact` is that of a gap or its rate.
         """
         if "_force" in name:
             known = [abs(v) for v in self.final_forces.values()]
@@ -300,6 +302,37 @@ class Trajectory(Shown, Compared):
         elif name.startswith("gap") and "rate" not in name:
             known += [abs(e.compression) for e in self.events]
         return max(known)
+
+    def tolerance(self, name: str, contact: str = "") -> float:
+        """Return what counts as 0 of a state, gap, rate, force or energy, in its SI unit.
+
+        It is the tolerance of the run, rtol, on the `size` of the quantity; of an energy, on the
+        largest energy at the end. Figures, tables and reports have 0 for what is not larger, and
+        leave out events whose rate is not (`events_above_tolerance`).
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.1)
+        >>> run.tolerance("x_A_dot") < 1e-10
+        True
+        """
+        if self.units(name) == "J":
+            values = {**self.final, **self.final_outputs}
+            size = max(abs(v) for n, v in values.items() if self.units(n) == "J")
+        else:
+            size = self.size(name, contact)
+        return max(self.rtol, ROUNDING) * size
+
+    def above_tolerance(self, name: str, value: float, contact: str = "") -> float:
+        """Return a value of a quantity, 0 where it is not above the `tolerance`."""
+        # Adding 0.0 turns -0.0 into 0.0.
+        return value + 0.0 if abs(value) > self.tolerance(name, contact) else 0.0
+
+    @cached_property
+    def events_above_tolerance(self) -> tuple[EventRecord, ...]:
+        """The events without those of motions within the `tolerance`, such as a body at rest."""
+        return events_above_tolerance(self)
 
     def units(self, name: str) -> str:
         """Return the SI unit of a state, output or parameter; "1" where it has none."""
@@ -458,11 +491,12 @@ class Trajectory(Shown, Compared):
         """Largest change of kinetic + potential + stored + dissipated energy, relative.
 
         Relative to the largest of the sizes of the terms, the potential energy counted from its
-        start; taken over the ends of all steps. 0 where no term is more than rounding, as of a body
-        at rest; inf where one is not finite; nan where no steps were kept.
+        start; taken over the ends of all steps, or over events, start and end where no steps were
+        kept. 0 where no term is more than rounding, as of a body at rest; inf where one is not
+        finite; nan where no events were kept either.
         """
         if not len(self.step_time):
-            return float("nan")
+            return self.record.residual_at_events
         states = np.vstack([self.step_rows[:, 0], self.final_state])
         modes = np.append(self.step_mode, self.final_mode)
         memory = np.vstack([self.step_memory, self.final_memory])
@@ -666,6 +700,8 @@ class Trajectory(Shown, Compared):
             "stop_reason": self.stop_reason.label,
             **self._findings,
             "surfaces": to_plain(self.record.surfaces),
+            "residual_at_events": to_plain(self.record.residual_at_events),
+            "pressed_starts": to_plain(self.record.pressed_starts),
             "scales": dict(self.record.scales),
             "inputs": self.inputs,
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
@@ -700,6 +736,7 @@ class Trajectory(Shown, Compared):
             **{n: of_plain(kind, text.get(n, ())) for n, kind in _FOUND.items()},
             constants=arrays["constants"],
             scales=text.get("scales", {}),
+            residual_at_events=_number(text.get("residual_at_events")),
             inputs=dict(text.get("inputs", {})),
         )
         named = {name: text[name] for name in _NAMES} | {"contacts": tuple(text["contacts"])}
@@ -720,6 +757,11 @@ class Trajectory(Shown, Compared):
             evaluator=evaluator,
             limit=of_plain(SingularLimit | None, text.get("limit")),
         )
+
+
+def _number(value: float | None) -> float:
+    """Return a number of a file, in which nan is null."""
+    return float("nan") if value is None else float(value)
 
 
 def _times(t: ArrayLike) -> Array:
@@ -772,6 +814,7 @@ _FOUND = {
     "energy_gains": tuple[EnergyGain, ...],
     "body_periods": tuple[BodyPeriod, ...],
     "surfaces": tuple[ContactSurface, ...],
+    "pressed_starts": tuple[PressedStart, ...],
 }
 _NAMES = ("mechanism", "law", "choices", "engine", "contacts", "units", "latex")
 _OWN = ("parameters", "rtol", "final_time", "stop_detail", "counters")

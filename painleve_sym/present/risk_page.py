@@ -10,7 +10,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.present.page import Page, Part, figure, paragraph, table
 from painleve_sym.present.risk_figure import risk_figure
 from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
-from painleve_sym.present.style import ROUNDING, svg_text
+from painleve_sym.present.style import svg_text
+from painleve_sym.quantities import ROUNDING
 from painleve_sym.robots.report import RiskReport
 from painleve_sym.robots.trajectory import RiskTrajectory
 

@@ -28,7 +28,7 @@ from painleve_sym.present.page import (
     table,
     unit_html,
 )
-from painleve_sym.present.style import ROUNDING, event_label, svg_text
+from painleve_sym.present.style import event_label, svg_text
 from painleve_sym.present.trajectory_figure import trajectory_figure
 from painleve_sym.quantities import counted, quantity
 from painleve_sym.references import Reference, citation
@@ -183,21 +183,27 @@ def _events(run: Trajectory) -> str:
         return paragraph("There were no events.")
     forces = [Html(f"{_symbol(name)} (N)") for name in ("F_n", "F_t")]
     head = ("time (s)", "event", "contact", "mode after", *forces, "also possible")
+    events = run.events_above_tolerance
+
+    def force(name: str, value: float) -> float:
+        return float(f"{run.above_tolerance(name, value):.6g}")
+
     rows = [
         (
             e.time,
             event_label(e.kind),
             e.contact,
             e.mode_after,
-            float(f"{e.normal_force:.6g}"),
-            float(f"{e.tangential_force:.6g}"),
+            force("normal_force", e.normal_force),
+            force("tangential_force", e.tangential_force),
             ", ".join(e.alternatives),
         )
-        for e in run.events[:MAX_EVENTS]
+        for e in events[:MAX_EVENTS]
     ]
-    rest = len(run.events) - MAX_EVENTS
-    note = paragraph(f"{rest} more events are not shown.") if rest > 0 else ""
-    return table(head, rows, "Events") + note
+    rest, folded = len(events) - MAX_EVENTS, len(run.events) - len(events)
+    notes = [f"{rest} more events are not shown."] if rest > 0 else []
+    notes += [f"And {counted(folded, 'event')} below the tolerance of the run."] if folded else []
+    return table(head, rows, "Events") + "".join(map(paragraph, notes))
 
 
 def _end(run: Trajectory) -> str:
@@ -205,16 +211,9 @@ def _end(run: Trajectory) -> str:
     rows = []
     for name in values:
         symbol = "" if quantity(name) else _symbol(name)
-        value = _above_rounding(run, values, name)
+        value = run.above_tolerance(name, values[name])
         rows.append((symbol, name, value, unit_html(run.units(name))))
     return table(("symbol", "name", "value", "unit"), rows, "State and forces at the end")
-
-
-def _above_rounding(run: Trajectory, values: Mapping[str, float], name: str) -> float:
-    """Return a value of the end, and 0 for rounding: of an energy, that of the largest one."""
-    energies = [abs(v) for n, v in values.items() if run.units(n) == "J"]
-    size = max(energies, default=0.0) if run.units(name) == "J" else run.size(name)
-    return 0.0 if abs(values[name]) <= ROUNDING * size else values[name]
 
 
 def _energy(run: Trajectory) -> str:

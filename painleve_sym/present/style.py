@@ -22,7 +22,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
 from painleve_sym.present.fonts import FAMILY, make_legible, text_width
-from painleve_sym.quantities import number_latex, symbol_latex
+from painleve_sym.quantities import ROUNDING, number_latex, symbol_latex
 
 P = ParamSpec("P")
 
@@ -99,9 +99,6 @@ _COLUMNS = {1: 1, 2: 2, 4: 2}
 """Columns of panels by their number; 3 of others."""
 LEGEND_ROW = 0.17
 """Height of a row of a legend; inch."""
-ROUNDING = 1e-13
-"""Part of the scale of a quantity below which its changes are rounding."""
-
 # Any: the stubs of matplotlib type every key by name.
 STYLE: Any = {
     "font.family": FAMILY,
@@ -235,13 +232,14 @@ def legend_entries(axes: Iterable[Axes]) -> dict[str, Any]:
     return entries
 
 
-def show_above_rounding(axes: Axes, scale: float) -> None:
-    """Draw a curve flat that varies by rounding only, less than 1e-13 of the scale of its axis."""
+def show_above_rounding(axes: Axes, scale: float, tolerance: float = 0.0) -> None:
+    """Draw a curve flat that varies by rounding only: within a tolerance, or 1e-13 of its scale."""
     low, high = axes.dataLim.intervaly
     size = max(abs(low), abs(high), scale)
-    if np.isfinite(size) and 0 < high - low <= ROUNDING * size:
+    least = max(2 * tolerance, ROUNDING * size)
+    if np.isfinite(size) and 0 < high - low <= least:
         middle, half = (high + low) / 2, 0.05 * max(scale, abs(high))
-        middle = 0.0 if abs(middle) <= ROUNDING * size else middle
+        middle = 0.0 if abs(middle) <= least else middle
         axes.set_ylim(middle - half, middle + half)
 
 

@@ -27,7 +27,6 @@ from painleve_sym.present.style import (
     NORMAL,
     PAGE,
     PALETTE,
-    ROUNDING,
     STEPS,
     TALLEST,
     TANGENTIAL,
@@ -40,7 +39,7 @@ from painleve_sym.present.style import (
     show_above_rounding,
     styled,
 )
-from painleve_sym.quantities import axis_label, scaled_unit, text_label
+from painleve_sym.quantities import axis_label, counted, scaled_unit, text_label
 
 MAX_POINTS = 20_000
 """Maximum number of plotted points."""
@@ -116,9 +115,10 @@ class _Motion:
 
     @cached_property
     def events(self) -> dict[str, list[EventRecord]]:
-        """Events by kind, without those that only choose among solutions."""
-        kinds = dict.fromkeys(str(e.kind) for e in self.run.events if e.kind != "contact")
-        return {kind: list(self.run.events_of(kind)) for kind in kinds}
+        """Events by kind above the tolerance, without those that only choose among solutions."""
+        shown = [e for e in self.run.events_above_tolerance if e.kind != "contact"]
+        kinds = dict.fromkeys(str(e.kind) for e in shown)
+        return {kind: [e for e in shown if e.kind == kind] for kind in kinds}
 
     @property
     def panels(self) -> list[_Panel]:
@@ -159,7 +159,8 @@ class _Motion:
 def trajectory_figure(trajectory: Trajectory, width: float | None = None) -> Figure:
     """Return a figure of the forces, every coordinate and every velocity over time.
 
-    The width is in inches, by default that of a page; a column has no magnified panels.
+    The width is in inches, by default that of a page. What the tolerance of the run does not
+    resolve is drawn as 0, and its events are counted in the legend alone.
     InputError where the trajectory holds no steps.
     """
     if width is not None and checked_number(width, "width", above=0.0)[1]:
@@ -180,7 +181,7 @@ def trajectory_figure(trajectory: Trajectory, width: float | None = None) -> Fig
 @styled
 def _figure(motion: _Motion, width: float) -> Figure:
     narrow = width < NARROW
-    window = None if narrow else motion.window
+    window = motion.window
     pairs = len(motion.states) // 2
     figure = Figure(layout="constrained")
     rows = _force_rows(motion.panels, window is not None, narrow)
@@ -215,13 +216,11 @@ def _force_rows(
 ) -> list[list[tuple[_Panel, bool]]]:
     """Return the rows of panels of forces, each with whether its time is magnified."""
     times = (False, True) if magnified else (False,)
+    if narrow:
+        return [[(p, near)] for p in panels for near in times]
     if len(panels) == 1:
         return [[(panels[0], near) for near in times]]
-    return (
-        [[(p, near)] for p in panels for near in times]
-        if narrow
-        else [[(p, near) for p in panels] for near in times]
-    )
+    return [[(p, near) for p in panels] for near in times]
 
 
 def _draw_forces(
@@ -257,15 +256,15 @@ def _draw_states(below: list[Axes], motion: _Motion) -> None:
     names = motion.run.names
     for axes, (name, values) in zip(below, motion.states.items(), strict=True):
         size = motion.run.size(name)
-        largest = float(np.max(np.abs(values)))
-        factor, own = scaled_unit(names.units[name], largest if largest > ROUNDING * size else size)
+        largest, least = float(np.max(np.abs(values))), motion.run.tolerance(name)
+        factor, own = scaled_unit(names.units[name], largest if largest > least else size)
         axes.plot(motion.times * scale, values * factor, color=PALETTE[0])
         axes.set_ylabel(axis_label(names.latex[name], own))
         axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
         few = [events for events in motion.events.values() if len(events) <= MAX_MARKERS]
         _tick(axes, [e.time * scale for events in few for e in events])
         axes.tick_params(labelbottom=axes in below[-2:])
-        show_above_rounding(axes, size * factor)
+        show_above_rounding(axes, size * factor, least * factor)
     for axes in below[-2:]:
         axes.set_xlabel(text_label("time", unit))
 
@@ -287,6 +286,9 @@ def _mark_events(axes: Axes, motion: _Motion, scale: float, normal: bool) -> Non
         if not few:
             axes.plot([], [], linestyle="none", marker="|", color=colour, label=label)
         _tick(axes, [e.time * scale for e in events], colour)
+    if folded := len(motion.run.events) - len(motion.run.events_above_tolerance):
+        label = f"{counted(folded, 'event')} below the tolerance"
+        axes.plot([], [], linestyle="none", label=label)
 
 
 def _tick(axes: Axes, times: Sequence[float], colour: str = "black") -> None:

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+import painleve_sym as ps
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.model import LOSSES
 from painleve_sym.errors import InputError, StopReason
@@ -206,3 +207,14 @@ def test_a_spring_along_the_tangent_refuses_a_force_that_falls_to_nothing():
         spring.run(t_end=1e-3, parameters={"e_energetic": 0.0})
     with pytest.raises(InputError, match="0 < e_energetic"):
         law("bilinear-hertz").with_parameters(e_energetic=0.0).with_friction("spring")
+
+
+@pytest.mark.parametrize("law", ["bilinear-hertz", "rigid"])
+def test_balance_of_events_alone_is_that_of_the_whole_motion(law, tmp_path):
+    arguments = ("rod", law, {"theta": 1.0, "y_A": 0.01})
+    events, dense = (ps.simulate(*arguments, t_end=0.05, record=r) for r in ("events", "dense"))
+    assert len(events.step_time) == 0 and events.energy_closes
+    assert events.energy_residual == pytest.approx(dense.energy_residual, rel=0.2, abs=1e-14)
+    events.save(tmp_path / "run.npz")
+    loaded = ps.Trajectory.load(tmp_path / "run.npz")
+    assert loaded.energy_residual == events.energy_residual

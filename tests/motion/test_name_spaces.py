@@ -5,6 +5,7 @@ import pytest
 import sympy as sp
 
 import painleve_sym as ps
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
 
 def test_radius_of_a_drum_is_not_that_of_the_law():
@@ -51,10 +52,52 @@ def renamed_disc(radius):
 
 
 def test_coefficient_of_a_rigid_law_must_be_told_from_that_of_the_mechanism():
-    with pytest.raises(ps.InputError, match="the mechanism has a parameter 'e_energetic' too"):
+    with pytest.raises(ps.InputError, match="the mechanism has the name 'e_energetic' too"):
         ps.Simulator(renamed_disc("e_energetic"), ps.laws.rigid())
 
 
 def test_unknown_parameter_of_a_law_is_told():
     with pytest.raises(ps.InputError, match="law 'hertz': unknown parameter 'Q'"):
         ps.simulate("rod", "hertz", t_end=1e-3, law_parameters={"Q": 1.0})
+
+
+ROD = """
+name = "rod"
+gravity = "g"
+[coordinates]
+s = {{ unit = "m", meaning = "tip, along" }}
+{y} = {{ unit = "m", meaning = "tip, above" }}
+{angle} = {{ unit = "rad", meaning = "angle" }}
+[parameters]
+m = {{ default = 1.0, unit = "kg", meaning = "mass", positive = true }}
+l = {{ default = 1.0, unit = "m", meaning = "half length", positive = true }}
+g = {{ default = 9.81, unit = "m/s^2", meaning = "gravity", lower = 0 }}
+mu = {{ default = 2.0, unit = "1", meaning = "friction coefficient" }}
+[[bodies]]
+mass = "m"
+inertia = "m*l**2/3"
+angle = "{angle}"
+centre = ["s + l*cos({angle})", "{y} + l*sin({angle})"]
+[[contacts]]
+name = "tip"
+point = ["s", "{y}"]
+friction = "mu"
+"""
+
+
+@pytest.mark.parametrize("names", [("n", "E"), ("R", "nu"), ("l_0", "e_energetic")])
+def test_coordinates_may_have_the_names_of_a_laws_parameters(names):
+    """The critical force, a motion and its derivatives are those of other names."""
+    results = []
+    for y, angle in [("y", "theta"), names]:
+        rod = mechanism_from_text(ROD.format(y=y, angle=angle))
+        state = {angle: 1.0, f"{angle}_dot": 5.0, "s_dot": -1.0}
+        force = ps.critical_force(rod, "bilinear-hertz", state, law_parameters={"n": 1.6})
+        start = {**state, y: 0.01}
+        simulator = ps.Simulator(rod, "bilinear-hertz")
+        run = simulator.run(start, t_end=0.05, law_parameters={"n": 1.6})
+        slopes = simulator.sensitivities(start, [y, angle], t_end=0.05)
+        results.append((force, run.final_state, slopes.final_jacobian))
+    assert results[0][0].value == results[1][0].value
+    for one, same in zip(*[r[1:] for r in results], strict=True):
+        np.testing.assert_array_equal(one, same)

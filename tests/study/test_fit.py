@@ -11,9 +11,10 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
-from painleve_sym.study.fitting.problem import FitProblem
+from painleve_sym.study.fitting.problem import FitProblem, fit
 
 FOLDER = Path(__file__).parents[2] / "examples" / "studies" / "fit"
 TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}
@@ -254,3 +255,48 @@ def test_the_least_squares_end_at_the_limit_of_evaluations():
 def test_a_motion_that_takes_too_many_steps_is_named():
     with pytest.raises(InputError, match="step_limit"):
         problem(history(clean_force()), max_steps=3).solve()
+
+
+# ---- rigid contacts ----
+
+BALL = """
+name = "dropped-ball"
+gravity = "g"
+[coordinates]
+y = { unit = "m", meaning = "height" }
+[parameters]
+m = { default = 0.05, unit = "kg", meaning = "mass", positive = true }
+g = { default = 9.81, unit = "m/s^2", meaning = "gravity", lower = 0 }
+mu = { default = 0.0, unit = "1", meaning = "friction coefficient" }
+[[bodies]]
+mass = "m"
+centre = ["0", "y"]
+[[contacts]]
+name = "floor"
+gap = "y"
+slip_velocity = "0"
+friction = "mu"
+"""
+TWO = BALL.replace('"floor"\ngap = "y"', '"ceiling"\ngap = "1 - y"') + BALL[BALL.index("[[con") :]
+REBOUNDS = (3.12, 3.10, 3.08, 3.16, 3.13)
+
+
+@pytest.mark.parametrize(("text", "event"), [(BALL, "impact_end"), (TWO, "impact")])
+def test_rigid_impacts_are_fitted_without_naming_their_event(tmp_path, text, event):
+    """e is the mean rebound over sqrt(2 g h); its error is that of the mean of Gaussian numbers."""
+    rows = "\n".join(f"0.65,{v}" for v in REBOUNDS)
+    (tmp_path / "drops.csv").write_text(f"start y [m],end y_dot [m/s]\n{rows}\n")
+    speed = np.sqrt(2 * 9.81 * 0.65)
+    arguments = (mechanism_from_text(text), "rigid", tmp_path / "drops.csv", "e_energetic")
+    fitted = fit(*arguments)
+    assert fitted.estimate[0] == pytest.approx(np.mean(REBOUNDS) / speed, rel=1e-8)
+    error = np.std(REBOUNDS, ddof=1) / np.sqrt(len(REBOUNDS)) / speed
+    assert fitted.standard_error[0] == pytest.approx(error, rel=1e-6)
+    assert fit(*arguments, until=event).estimate == pytest.approx(fitted.estimate, rel=1e-12)
+
+
+def test_rows_of_a_contact_that_never_opens_need_an_event():
+    contact = Simulator(model("painleve-klein"), "rigid")
+    data = FitData("data", None, {}, {"x_dot": np.ones(3)})
+    with pytest.raises(InputError, match=r"until: no contact.*Fix: name one of the events .*slip"):
+        FitProblem(contact, data, ("mu",), {}, {}).solve()

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from painleve_sym.engines.c_texts import number_text
 from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
 from painleve_sym.engines.taylor.tape import FLAT, Combination, Tape
 
@@ -224,7 +225,7 @@ class SeriesCode:
     def scalar(self, s: Scalar, kind: _Kind) -> str:
         """Return a scalar in C: a number, or an entry of `w`."""
         if not s.factors:
-            return kind.number.format(repr(s.number))
+            return kind.number.format(number_text(s.number))
         return f"w[{self._slots.setdefault(s, len(self._slots))}]"
 
     def sum(self, a: Combination, value: str, kind: _Kind, *, constant: bool = False) -> str:

@@ -29,14 +29,13 @@ class Scalar(NamedTuple):
 
     def inverse(self) -> Scalar:
         """Return 1 over it."""
-        number = 1 / self.number if self.number else math.inf
-        return Scalar(number, tuple((k, -p) for k, p in self.factors))
+        return ONE / self
 
     def __truediv__(self, other: Scalar) -> Scalar:
         """Return the quotient; its number is rounded once."""
         below = tuple((k, -p) for k, p in other.factors)
         factors = _together(self.factors, below) if self.number else ()
-        return Scalar(self.number / other.number, factors)
+        return Scalar(_quotient(self.number, other.number), factors)
 
     def __neg__(self) -> Scalar:
         """Return the negative."""
@@ -44,6 +43,13 @@ class Scalar(NamedTuple):
 
 
 ONE, ZERO = Scalar(1.0), Scalar(0.0)
+
+
+def _quotient(a: float, b: float) -> float:
+    """Return a / b, by 0 as the arithmetic of C has it."""
+    if b:
+        return a / b
+    return math.copysign(math.inf, a) * math.copysign(1, b) if a else math.nan
 
 
 def _together(first: Factors, second: Factors) -> Factors:

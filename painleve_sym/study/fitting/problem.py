@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from painleve_sym.checks import by_name, names_of, number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError, StopReason, refuse_unknown
+from painleve_sym.errors import EventKind, InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
@@ -58,7 +59,8 @@ _ENDINGS = {
 class FitProblem(Compared):
     """Parameter estimation: the unknowns, the data and the model; see `fit` for the fields.
 
-    No `sigma`, or an empty one, stands for standard deviations that are estimated.
+    No `sigma`, or an empty one, stands for standard deviations that are estimated, no `until` for
+    the end of the impact by the law, `contact_ends`.
     """
 
     simulator: Simulator
@@ -66,7 +68,7 @@ class FitProblem(Compared):
     estimate: tuple[str, ...]
     state: Mapping[str, float]
     parameters: Mapping[str, float]
-    until: tuple[str, ...] = ("separation",)
+    until: tuple[str, ...] = ()
     t_end: float = 1.0
     sigma: Mapping[str, float] | None = None
     level: float = 0.95
@@ -106,6 +108,17 @@ class FitProblem(Compared):
     @property
     def _declared(self) -> dict[str, Parameter]:
         return self.simulator.declared.by_name
+
+    @cached_property
+    def _ends_by(self) -> tuple[str, ...]:
+        """Events that end each motion of a row."""
+        ends = self.until or contact_ends(self.simulator.outline.kinds)
+        if not ends:
+            raise InputError(
+                f"fit of {self.simulator.where}: until: no contact of these laws separates. "
+                f"Fix: name one of the events {', '.join(map(str, self.simulator.outline.kinds))}."
+            )
+        return ends
 
     # ---- the model ----
 
@@ -165,13 +178,13 @@ class FitProblem(Compared):
             start = {**state, **{n: float(v[i]) for n, v in self.data.starts.items()}}
             sensitivities = self._run(
                 start, parameters, f"row {i + 1}",
-                t_end=self.t_end, until=self.until, record="events",
+                t_end=self.t_end, until=self._ends_by, record="events",
             )  # fmt: skip
             run = sensitivities.trajectory
             if run.stop_reason is not StopReason.UNTIL:
                 raise InputError(
                     f"fit, row {i + 1}: the motion ends by {run.stop_reason.label} at t = "
-                    f"{run.final_time:g} s, not at {' or '.join(self.until)}. Fix: give another "
+                    f"{run.final_time:g} s, not at {' or '.join(self._ends_by)}. Fix: give another "
                     "event, a later end time or other start values."
                 )
             for n in names:
@@ -361,7 +374,7 @@ def fit(
     state: Mapping[str, Value] | None = None,
     parameters: Mapping[str, Value] | None = None,
     law_parameters: Mapping[str, Value] | None = None,
-    until: str | Sequence[str] = ("separation",),
+    until: str | Sequence[str] = (),
     t_end: Value = 1.0,
     sigma: Mapping[str, Value] | None = None,
     level: float = 0.95,
@@ -385,7 +398,8 @@ def fit(
     parameters, law_parameters : mapping of str to float
         Known parameters, and from where the estimated ones start.
     until : EventKind, its text, or several
-        Events that end each motion, where every row is a motion.
+        Events that end each motion, where every row is a motion; by default `separation`,
+        `impact_end` of one rigid contact, `impact` of several.
     t_end : float
         By when it has ended; s.
     sigma : mapping of str to float, optional
@@ -425,13 +439,20 @@ def fit(
         estimate=names_of(estimate, "fit: estimate", "mu,E"),
         state=in_si(by_name(state, "fit: state"), units, "fit: state"),
         parameters=in_si(simulator.given(parameters, law_parameters), units, "fit: parameters"),
-        until=names_of(until, "fit: until", "separation"),
+        until=names_of(until, "fit: until", "separation") if until else (),
         t_end=number(t_end, "t_end", where="fit", unit="s", above=0.0),
         sigma=in_si(by_name(sigma, "fit: sigma"), units | rows.units, "fit: sigma"),
         level=level,
         max_evaluations=max_evaluations,
         max_steps=max_steps,
     ).solve()
+
+
+def contact_ends(kinds: Sequence[EventKind]) -> tuple[str, ...]:
+    """Return the events at which a contact has pushed its last, of those that laws have."""
+    if EventKind.IMPACT_END in kinds:
+        return (str(EventKind.IMPACT_END),)
+    return tuple(str(k) for k in (EventKind.SEPARATION, EventKind.IMPACT) if k in kinds)
 
 
 def _spread(values: Array) -> float:
