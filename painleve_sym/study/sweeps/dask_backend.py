@@ -69,15 +69,19 @@ def chunks_on_dask(
     lost.
     """
     distributed = check_cluster(address)
-    # What is wrong is said once, by the error below, and not in tracebacks of its own threads.
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+    # What is wrong is said once, by the error below, and not in lines and tracebacks of its own.
+    for part in ("client", "nanny", "scheduler", "worker"):
+        logging.getLogger(f"distributed.{part}").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         scheduler: Any = address
         if address == LOCAL:
             count = processor_count()
             scheduler = stack.enter_context(
                 distributed.LocalCluster(
-                    n_workers=count, threads_per_worker=1, dashboard_address=ANY_PORT
+                    n_workers=count,
+                    threads_per_worker=1,
+                    dashboard_address=ANY_PORT,
+                    silence_logs=logging.CRITICAL,
                 )
             )
         try:
