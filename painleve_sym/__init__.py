@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.classify_in_space import (
         SpatialClassification as SpatialClassification,
     )
-    from painleve_sym.contacts.friction_set import Disc as Disc
-    from painleve_sym.contacts.friction_set import Interval as Interval
     from painleve_sym.contacts.impact.jump import JumpPhase as JumpPhase
     from painleve_sym.contacts.impact.jump import JumpResult as JumpResult
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
@@ -49,16 +47,6 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.impact.spatial import InvariantDirection as InvariantDirection
     from painleve_sym.contacts.impact.tangential import TangentialImpact as TangentialImpact
     from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
-    from painleve_sym.contacts.local_mode import ContactMode as ContactMode
-    from painleve_sym.contacts.local_mode import LocalMode as LocalMode
-    from painleve_sym.contacts.one_contact_answer import ContactAnswer as ContactAnswer
-    from painleve_sym.contacts.one_contact_answer import Sector as Sector
-    from painleve_sym.contacts.one_contact_answer import contact as contact
-    from painleve_sym.contacts.problem import ContactProblem as ContactProblem
-    from painleve_sym.contacts.solution import ContactCase as ContactCase
-    from painleve_sym.contacts.solution import ContactSolution as ContactSolution
-    from painleve_sym.contacts.spatial_problem import SpatialProblem as SpatialProblem
-    from painleve_sym.contacts.spatial_problem import SpatialSolution as SpatialSolution
     from painleve_sym.errors import EventKind as EventKind
     from painleve_sym.errors import InputError as InputError
     from painleve_sym.errors import ModelError as ModelError
@@ -126,6 +114,17 @@ if TYPE_CHECKING:
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
+    from painleve_sym.problem.contact_problem import ContactProblem as ContactProblem
+    from painleve_sym.problem.friction_set import Disc as Disc
+    from painleve_sym.problem.friction_set import Interval as Interval
+    from painleve_sym.problem.modes import ContactMode as ContactMode
+    from painleve_sym.problem.one_contact import ContactAnswer as ContactAnswer
+    from painleve_sym.problem.one_contact import Sector as Sector
+    from painleve_sym.problem.one_contact import contact as contact
+    from painleve_sym.problem.solution import ContactCase as ContactCase
+    from painleve_sym.problem.solution import ContactSolution as ContactSolution
+    from painleve_sym.problem.spatial_problem import SpatialProblem as SpatialProblem
+    from painleve_sym.problem.spatial_problem import SpatialSolution as SpatialSolution
     from painleve_sym.progress import show_progress as show_progress
     from painleve_sym.references import Reference as Reference
     from painleve_sym.references import citation as citation
@@ -165,17 +164,17 @@ _NAMES = {
     "contacts.chatter": ("Chatter",),
     "contacts.classify": ("Classification", "NormalCoefficients", "classify"),
     "contacts.classify_in_space": ("SpatialClassification",),
-    "contacts.friction_set": ("Disc", "Interval"),
+    "problem.friction_set": ("Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
     "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
     "contacts.impact.path": ("ImpactPhase",),
     "contacts.impact.spatial": ("InvariantDirection",),
     "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
-    "contacts.local_mode": ("ContactMode", "LocalMode"),
-    "contacts.one_contact_answer": ("ContactAnswer", "Sector", "contact"),
-    "contacts.problem": ("ContactProblem",),
-    "contacts.solution": ("ContactCase", "ContactSolution"),
-    "contacts.spatial_problem": ("SpatialProblem", "SpatialSolution"),
+    "problem.modes": ("ContactMode",),
+    "problem.one_contact": ("ContactAnswer", "Sector", "contact"),
+    "problem.contact_problem": ("ContactProblem",),
+    "problem.solution": ("ContactCase", "ContactSolution"),
+    "problem.spatial_problem": ("SpatialProblem", "SpatialSolution"),
     "errors": (
         "EventKind",
         "InputError",

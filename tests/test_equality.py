@@ -72,7 +72,6 @@ MADE = {
     "Trajectory": motion,
 }
 BY_IDENTITY = {
-    "LocalMode": "a row of an enumeration, made once for each problem",
     "Robot": "what a file holds, read once",
     "RobotContact": "a place of a robot, asked for numbers",
 }

@@ -24,7 +24,7 @@ PARTS = {
     *("Border", "Chatter", "CorrectedJumpRule", "CorrectedPhase", "CriticalForceFinder"),
     *("EnergyGain", "EventSensitivity", "Export", "Film", "FitData", "FitProblem", "FitResult"),
     *("ForceDerivative", "FrozenEnd", "FrozenImpactSolver", "ImpactPhase", "ImpulsePhase"),
-    *("LawsByContact", "LocalMode", "NaturalPeriod", "Page", "Reproduction", "ReverseChatter"),
+    *("LawsByContact", "NaturalPeriod", "Page", "Reproduction", "ReverseChatter"),
     *("Section", "Segment", "SingularLimit", "SlidingSolution", "Sweep"),
     *("ContactRisk", "LeastRisk", "RobotContact"),
 }

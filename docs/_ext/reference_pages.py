@@ -25,9 +25,9 @@ from painleve_sym.cli.commands import COMMANDS
 from painleve_sym.cli.describe import laws_data, model_data
 from painleve_sym.cli.grammar import Parser, parsers
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.mechanics.models import MODELS, SPATIAL_MODELS
+from painleve_sym.problem.solution import ContactCase
 from painleve_sym.quantities import QUANTITIES, quantity
 
 DOCS = Path(__file__).resolve().parents[1]

@@ -9,10 +9,10 @@ import casadi as ca
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.scaled_law import ROUNDING
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.problem.law import ROUNDING
+from painleve_sym.problem.solution import ContactCase
 
 _OF_SEVERAL = (ContactCase.UNIQUE, ContactCase.HYPERSTATIC)
 CASES = tuple(case for case in ContactCase if case not in _OF_SEVERAL)

@@ -18,9 +18,9 @@ from painleve_sym.cli.output import (
 from painleve_sym.cli.run import show_case
 from painleve_sym.contacts.classify import Classification, solution_name
 from painleve_sym.contacts.classify_in_space import SpatialClassification
-from painleve_sym.contacts.risk import slip_angle
-from painleve_sym.contacts.solution import ContactCase, ContactSolution
-from painleve_sym.contacts.spatial_problem import SpatialSolution
+from painleve_sym.problem.risk import slip_angle
+from painleve_sym.problem.solution import ContactCase, ContactSolution
+from painleve_sym.problem.spatial_problem import SpatialSolution
 
 
 def classify(arguments: argparse.Namespace) -> int:

@@ -22,10 +22,10 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.cli.run import show_case
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.solution import ContactCase, ContactSolution
-from painleve_sym.contacts.spatial_problem import SpatialSolution
 from painleve_sym.files import finite, plain_fields, to_plain
+from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.solution import ContactCase, ContactSolution
+from painleve_sym.problem.spatial_problem import SpatialSolution
 from painleve_sym.study.compare import comparison as study
 from painleve_sym.study.compare.case import Answer
 from painleve_sym.study.compare.comparison import Comparison

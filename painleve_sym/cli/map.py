@@ -18,8 +18,8 @@ from painleve_sym.cli.options import (
     read_ranges,
 )
 from painleve_sym.cli.output import assignments, deliver_map, number, quantity, show, show_table
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.problem.solution import ContactCase
 from painleve_sym.study.maps.axes import SLIP_DIRECTION
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 from painleve_sym.study.scenario import Scenario

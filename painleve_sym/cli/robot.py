@@ -22,8 +22,8 @@ from painleve_sym.cli.options import (
 )
 from painleve_sym.cli.output import draw, number, print_json, show, show_notices, show_table
 from painleve_sym.cli.robot_options import file_options, place_options
-from painleve_sym.contacts.one_contact_answer import ContactAnswer
 from painleve_sym.errors import InputError
+from painleve_sym.problem.one_contact import ContactAnswer
 from painleve_sym.quantities import counted
 from painleve_sym.robots.contact_mechanism import CAVEATS
 from painleve_sym.robots.contact_risk import LeastRisk

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.equality import Compared
 from painleve_sym.files import to_plain
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.problem.contact_problem import ContactProblem
 
 REVERSE_CHATTER = "reverse_chatter"
 """Name of the way out of contact by growing bounces, beside the modes of the contact problem."""

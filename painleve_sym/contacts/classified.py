@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
-from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
-from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.equality import Compared
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.notebooks import Shown
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, forces_data
+from painleve_sym.problem.spatial_problem import SpatialProblem, SpatialSolution
 
 Problem = TypeVar("Problem", ContactProblem, SpatialProblem)
 Solution = TypeVar("Solution", ContactSolution, SpatialSolution)
@@ -55,7 +55,7 @@ class ClassifiedState(Shown, ABC, Generic[Problem, Solution], Compared):
     @cached_property
     def case(self) -> ContactCase:
         """The case, by number and kind of the solutions."""
-        return case_of(self.solutions, self.problem.b, plural=not self.single)
+        return case_of(self.solutions, not self.single, self.problem.complete)
 
     @property
     def single(self) -> bool:
@@ -74,13 +74,13 @@ class ClassifiedState(Shown, ABC, Generic[Problem, Solution], Compared):
             "b": self.problem.b.tolist(),
             **self._assurance,
             "case": self.case.value,
+            "borders": list(self.problem.borders),
             "solutions": [
                 {
                     "contacts": {
                         name: self._solution_data(s, i) for i, name in enumerate(self.contacts)
                     },
-                    "isolated": s.isolated,
-                    "residual": s.residual,
+                    **forces_data(s),
                 }
                 for s in self.solutions
             ],

@@ -21,14 +21,14 @@ from painleve_sym.contacts.classify_in_space import SpatialClassification, class
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.inputs import border_notices, place_of, refuse_infinite, refuse_place
-from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
-from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.solution import ContactSolution
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.mechanics.outline import KINDS
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.solution import ContactSolution
 from painleve_sym.units import Value
 
 

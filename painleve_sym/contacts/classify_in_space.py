@@ -8,10 +8,10 @@ from typing import Any
 
 from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.delassus import ContactNumbers
-from painleve_sym.contacts.friction_set import Disc
-from painleve_sym.contacts.one_contact_answer import ContactAnswer, solution_data
-from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.mechanics.mechanism import Place
+from painleve_sym.problem.friction_set import Disc
+from painleve_sym.problem.one_contact import ContactAnswer, solution_data
+from painleve_sym.problem.spatial_problem import SpatialProblem, SpatialSolution
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -75,9 +75,7 @@ class Contact:
     slip_across: sp.Expr | None = None
 
     def __post_init__(self) -> None:
-        refuse_faulty(
-            f"contact {self.name!r} of mechanism {self.system.name!r}", self._faults()
-        )
+        refuse_faulty(f"contact {self.name!r} of mechanism {self.system.name!r}", self._faults())
 
     def __repr__(self) -> str:
         """Return name, kind and mechanism in one line."""

@@ -12,8 +12,6 @@ from painleve_sym.contacts.classify import Classification
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.path import in_each_direction
-from painleve_sym.contacts.solution import ContactSolution
-from painleve_sym.contacts.spatial_problem import SpatialSolution
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -22,6 +20,8 @@ from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.notebooks import Shown
 from painleve_sym.present.map_figure import map_figure
 from painleve_sym.present.style import CONTACTS, DASHES, NORMAL, styled, svg_text
+from painleve_sym.problem.solution import ContactSolution
+from painleve_sym.problem.spatial_problem import SpatialSolution
 from painleve_sym.quantities import axis_label, scaled_unit
 from painleve_sym.study.maps.region_map import RegionMap
 

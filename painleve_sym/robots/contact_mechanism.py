@@ -17,11 +17,11 @@ from painleve_sym.contacts.delassus import (
     MotionNumbers,
     NumericalMechanism,
 )
-from painleve_sym.contacts.risk import held, holding
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
+from painleve_sym.problem.risk import held, holding
 from painleve_sym.robots.dynamics import BASE, RobotDynamics
 from painleve_sym.units import Value
 

@@ -27,15 +27,15 @@ from painleve_sym.contacts.positive import (
     positive_where,
     shares,
 )
-from painleve_sym.contacts.risk import (
+from painleve_sym.errors import InputError, refuse_unknown, unknown_name
+from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.problem.risk import (
     friction_threshold,
     held,
     least_over_normals,
     sector_half_angle,
     slip_direction,
 )
-from painleve_sym.errors import InputError, refuse_unknown, unknown_name
-from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
 from painleve_sym.robots.contact_subject import ContactSubject

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
-from painleve_sym.contacts.one_contact_answer import contact as contact_answer
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite
+from painleve_sym.problem.one_contact import contact as contact_answer
+from painleve_sym.problem.solution import ContactCase
 from painleve_sym.robots.motion_log import Motion
 from painleve_sym.robots.robot_contact import RobotContact
 

@@ -13,7 +13,7 @@ import pytest
 
 import painleve_sym as ps
 from painleve_sym.certify.checker import Rejected, check, digest
-from painleve_sym.contacts.risk import friction_threshold
+from painleve_sym.problem.risk import friction_threshold
 from tests.cli.cli_helpers import run, run_json
 
 ROOT = Path(__file__).parents[2]

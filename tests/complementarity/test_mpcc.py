@@ -16,8 +16,8 @@ from painleve_sym.complementarity import (
     solve_mpcc_all,
 )
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
-from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
+from painleve_sym.problem.contact_problem import ContactProblem
 from tests.complementarity.rational import problems
 
 TOLERANCE = RESIDUAL_TOLERANCE

@@ -8,8 +8,8 @@ from itertools import islice
 import numpy as np
 from hypothesis import strategies as st
 
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.modes import ContactMode
 from tests.complementarity.rational import unique_solution
 from tests.support.drawn import integers
 

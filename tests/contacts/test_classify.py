@@ -7,12 +7,13 @@ import painleve_sym as ps
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+from painleve_sym.problem.solution import ContactCase
 from tests.scenes import LADDER, standing_body
 
-KEYS = {"mechanism", "state", "parameters", "contacts", "open", "W", "b", "case", "solutions"}
+KEYS = {"mechanism", "state", "parameters", "contacts", "open", "W", "b"}
+KEYS |= {"case", "borders", "solutions"}
 OF_CONTACT = {"kind", "slip_velocity", "slip", "A", "A_pull", "B", "A_stick", "B_stick", "excess"}
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.impact_class import CLASSES, ImpactClass
+from painleve_sym.problem.modes import ContactMode
 
 LAWS = sorted(RESTITUTIONS)
 W = ((1.0, 0.6), (0.6, 1.0))

@@ -18,9 +18,9 @@ from painleve_sym.contacts.impact.one_contact import (
     solve_impact,
 )
 from painleve_sym.contacts.impact.spatial import LAWS, SpatialPath, impacts_in_space
-from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.errors import CompilerMissing, InputError
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.problem.modes import ContactMode
 
 
 def rod(theta, psi=0.0, alpha=3.0):

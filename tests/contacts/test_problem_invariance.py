@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.problem.contact_problem import ContactProblem
 from tests.contacts.friction_oracle import SWAPPED, contact_sets
 from tests.support.one_contact import built, contacts, mode_analysis
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from painleve_sym.complementarity import residual, solve_all
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.solution import ContactCase
 from tests.support.one_contact import built, contacts, mode_analysis
 
 SWAPPED = {
@@ -122,8 +122,11 @@ def test_contact_problem_classifies_borders_while_slipping(W_nt, b_n, case, forc
     problem = ContactProblem.single(1.0, W_nt, 4.0, b_n, 0.0, 1.0, -1.0)
     solutions = problem.solutions()
     assert problem.case is case
-    assert [s.normal_force for s in solutions] == forces
     assert [s.isolated for s in solutions] == isolated
+    if all(isolated):
+        assert [s.normal_force for s in solutions] == forces
+    else:  # one force of a ray
+        assert [s.normal_force > 0 for s in solutions] == [force > 0 for force in forces]
 
 
 @pytest.mark.parametrize(
@@ -139,15 +142,15 @@ def test_contact_problem_classifies_borders_while_slipping(W_nt, b_n, case, forc
         ((1, 0, 1, -2, 1, 0.5), ContactCase.STICK, {ContactMode.STICK}),
         ((1, 0, 1, -2, -1, 0.5), ContactCase.STICK, {ContactMode.STICK}),
         # W of rank one: forces along its null direction add up without moving anything.
-        ((4, 2, 1, -4, -2, 3), ContactCase.INDETERMINATE, {ContactMode.STICK}),
+        ((4, 2, 1, -4, -2, 3), ContactCase.HYPERSTATIC, {ContactMode.STICK}),
         ((4, 2, 1, -4, -1, 1), ContactCase.SLIP, {ContactMode.SLIP_POS}),
         ((4, 2, 1, -4, -1, 2), ContactCase.INCONSISTENT, set()),
-        ((1, 0, 0, -1, 0, 1), ContactCase.INDETERMINATE, {ContactMode.STICK}),
+        ((1, 0, 0, -1, 0, 1), ContactCase.HYPERSTATIC, {ContactMode.STICK}),
         ((1, 0, 0, -1, -1, 1), ContactCase.SLIP, {ContactMode.SLIP_NEG}),
         # No normal mobility at all.
         ((0, 0, 1, -1, 0, 1), ContactCase.INCONSISTENT, set()),
-        ((0, 0, 1, 0, 0, 1), ContactCase.INDETERMINATE, {ContactMode.LIFTOFF, ContactMode.STICK}),
-        ((0, 0, 0, 0, 0, 0), ContactCase.INDETERMINATE, {ContactMode.LIFTOFF, ContactMode.STICK}),
+        ((0, 0, 1, 0, 0, 1), ContactCase.HYPERSTATIC, {ContactMode.LIFTOFF}),
+        ((0, 0, 0, 0, 0, 0), ContactCase.HYPERSTATIC, {ContactMode.LIFTOFF}),
     ],
 )
 def test_contact_problem_classifies_borders_at_rest(data, case, modes):
@@ -209,9 +212,11 @@ def test_case_counts_the_solutions_while_slipping(data):
         assert not solutions
     if problem.A < 0 < problem.B:
         assert [s.mode is ContactMode.LIFTOFF for s in solutions] == [True, False]
+    if any(s.moves for s in solutions):
+        return
     count = {ContactCase.INCONSISTENT: 0, ContactCase.INDETERMINATE: 2}.get(problem.case, 1)
     assert len(solutions) == count
-    if count == 1:
+    if count == 1 and problem.case is not ContactCase.HYPERSTATIC:
         assert (solutions[0].mode is ContactMode.LIFTOFF) == (problem.case is ContactCase.LIFTOFF)
 
 

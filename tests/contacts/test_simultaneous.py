@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.problem.contact_problem import ContactProblem
 from tests.support.rigid_impacts import body_rows, energy, mobility, unit
 
 LAW = st.sampled_from(sorted(RESTITUTIONS))

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from painleve_sym.complementarity import Uniqueness, is_p_matrix
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.modes import ContactMode
 
 G = 9.8
 JAM = (ContactMode.LIFTOFF, ContactMode.SLIP_POS)

@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.complementarity import Uniqueness, is_copositive, is_p_matrix
-from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.problem.contact_problem import ContactProblem
 from tests.contacts.friction_oracle import EIGHTHS, built, contact_sets
 from tests.support.drawn import integers
 

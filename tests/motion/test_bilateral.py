@@ -15,12 +15,12 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify, solution_name
 from painleve_sym.contacts.guide import TANGENTIAL_IMPACT
 from painleve_sym.contacts.impact.tangential import tangential_impact
-from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.solution import ContactCase
 from tests.oracles.bead_scipy import accelerations, motion, slip_forces, yielding
 
 BEAD = Path(__file__).parents[2] / "examples" / "mechanisms" / "bead-in-groove.toml"

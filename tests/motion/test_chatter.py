@@ -11,13 +11,13 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.chatter import chatter
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.one_contact import solve_impact
-from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.laws.chatter import chatter_ratio, symbols_of
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.problem.contact_problem import ContactProblem
 
 PUSHED = {"F": -10.0}
 START = {"phi": 2.9}

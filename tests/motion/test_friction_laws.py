@@ -14,11 +14,11 @@ from scipy.integrate import solve_ivp
 import painleve_sym as ps
 from painleve_sym.c_export.export import export_scenario
 from painleve_sym.c_export.files import expected
-from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
 from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.study.scenario import Scenario
 from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.sweep import Sweep

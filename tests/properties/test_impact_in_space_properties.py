@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.contacts.impact.spatial import LAWS
-from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.problem.modes import ContactMode
 
 LAW = st.sampled_from(LAWS)
 RESTITUTION = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.01, 1.0))

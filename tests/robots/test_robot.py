@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import painleve_sym as ps
 from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.risk import (
+from painleve_sym.problem.risk import (
     friction_threshold,
     held,
     least_over_normals,

@@ -26,9 +26,9 @@ from painleve_sym.contacts.impact.simultaneous import (
     SimultaneousImpact,
     Straight,
 )
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.solution import ContactSolution
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.solution import ContactSolution
 
 # Of the sum of the terms of a rate: less is the rounding of an inverse mass matrix.
 _ROUNDING = 1e-12

@@ -6,8 +6,8 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.modes import ContactMode
 from tests.support.drawn import integers
 
 

@@ -21,8 +21,6 @@ from painleve_sym.contacts.inputs import (
     refuse_infinite,
     refuse_place,
 )
-from painleve_sym.contacts.local_mode import sign_of
-from painleve_sym.contacts.risk import slip_angle
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import plain_fields
@@ -31,6 +29,8 @@ from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.notebooks import Shown
+from painleve_sym.problem.modes import sign_of
+from painleve_sym.problem.risk import slip_angle
 from painleve_sym.units import Value
 
 Values = dict[str, float]

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.equality import Compared
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.problem.modes import ContactMode
 
 # Two rounded products and their difference: the sign of a smaller rate would be an accident.
 ROUND_OFF = 4 * 2.0**-52

@@ -62,9 +62,9 @@ from painleve_sym.contacts.impact.path import (
     impulse_to_end,
     rounded_sum,
 )
-from painleve_sym.contacts.local_mode import ContactMode, sign_of
 from painleve_sym.errors import CompilerMissing, InputError
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.problem.modes import ContactMode, sign_of
 
 # The names and numbers of ``spatial.c``.
 ORDER, PHASES, HEAD, ROW = 20, 16, 2, 11

@@ -13,12 +13,12 @@ from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import closed_contacts
 from painleve_sym.contacts.delassus import Delassus, argument_symbols
 from painleve_sym.contacts.inputs import inside, place_of
-from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism, Place
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.solution import ContactCase
 from painleve_sym.units import Value
 
 _SLIP_VELOCITY = "v_t"

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from painleve_sym.checks import INDEFINITE, SYMMETRY, mobility_faults, spatial_mobility_faults
 from painleve_sym.contacts.impact.path import ImpactPhase
-from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.problem.modes import ContactMode
 
 Tangent = tuple[float, float]
 

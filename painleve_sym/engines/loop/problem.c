@@ -6,7 +6,7 @@
 /* Most pieces of the law of a contact: apart, held with slip to either side and stuck, pushing likewise. */
 #define PS_PIECES_OF_LAW 7
 
-/* Residuals, roundings and noise of a contact problem, as in contacts/scaled_law.py. */
+/* Residuals, roundings and noise of a contact problem, as in problem/law.py. */
 static const double PS_RESIDUAL = 1e-10, PS_NOISE = 1e-13,
                     PS_DIFFERENCE_ROUNDING = 8.881784197001252e-16, PS_DISTINCT = 1e-8;
 

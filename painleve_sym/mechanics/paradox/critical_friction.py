@@ -150,8 +150,7 @@ class CriticalFriction:
         c = self.coefficients
         trace, determinant = c.W_nn + c.W_tt, c.W_nn * c.W_tt - c.W_nt**2
         return bool(
-            determinant != 0
-            and all(_vanishes(sp.diff(form, q)) for form in (trace, determinant))
+            determinant != 0 and all(_vanishes(sp.diff(form, q)) for form in (trace, determinant))
         )
 
     def _by_eigenvalues(self, form: sp.Expr, variable: sp.Expr, t: sp.Symbol) -> CriticalMinimum:

@@ -224,9 +224,7 @@ class Directions:
     @cached_property
     def functions(self) -> VariationalFunctions:
         """Functions of state and derivatives."""
-        return VariationalFunctions(
-            self.simulator.automaton, self._moved, self._moved_at_start[1]
-        )
+        return VariationalFunctions(self.simulator.automaton, self._moved, self._moved_at_start[1])
 
     @cached_property
     def _moved(self) -> list[int | None]:

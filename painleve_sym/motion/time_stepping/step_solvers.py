@@ -12,7 +12,7 @@ from functools import partial
 from painleve_sym.complementarity.lcp import LCPSolution, solve_all
 from painleve_sym.complementarity.lemke import solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCStatus, solve_mpcc
-from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.problem.contact_problem import ContactProblem
 
 Impulse = tuple[float, float]
 """Normal and tangential impulse of one step; N s."""

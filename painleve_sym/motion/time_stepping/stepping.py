@@ -31,11 +31,11 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import inside
-from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS, Answer, Impulse
+from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.units import Value
 
 SCHEMES = ("moreau-jean", "stewart-trinkle")

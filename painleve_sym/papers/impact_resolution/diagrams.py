@@ -11,13 +11,13 @@ import numpy as np
 
 from painleve_sym.complementarity import solve_lemke, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.solution import ContactCase, ContactSolution
 from painleve_sym.papers.impact_resolution.claims import NUMBERS
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, checked, table
 from painleve_sym.papers.panels import FORCE, NORMAL_ACCELERATION, Mark, Panel, line
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.solution import ContactCase, ContactSolution
 
 STEP = 1e-6
 """Time step of the contact problem in velocities; s. So short that gravity moves nothing."""

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import NUMBERS, SOFT, STABLE_FORCES, STIFF
 from painleve_sym.papers.impact_resolution.figures import reading_time, settling_time
@@ -35,6 +34,7 @@ from painleve_sym.papers.panels import (
     line,
     window,
 )
+from painleve_sym.problem.solution import ContactCase
 
 
 def compute_stable(bench: Workbench) -> Outcome:

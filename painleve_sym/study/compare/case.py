@@ -17,8 +17,6 @@ from painleve_sym.contacts.classify import Classification
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
-from painleve_sym.contacts.solution import ContactSolution
-from painleve_sym.contacts.spatial_problem import SpatialSolution
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import compliant_law
@@ -26,6 +24,8 @@ from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.singular_limit import SingularLimit
+from painleve_sym.problem.solution import ContactSolution
+from painleve_sym.problem.spatial_problem import SpatialSolution
 
 LIFTOFF = "liftoff"
 """Way of a rigid motion without an impact."""

@@ -15,16 +15,16 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.classify_in_space import classified_in_space
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
-from painleve_sym.contacts.friction_set import Disc
 from painleve_sym.contacts.impact.jump import JumpResult, contact_velocity_at
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.inputs import ROUND_OFF, refuse_infinite, refuse_place
-from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.motion.frozen_in_space import FrozenSpatialMotion, FrozenSpatialSolver
+from painleve_sym.problem.friction_set import Disc
+from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.spatial_problem import SpatialProblem, SpatialSolution
 from painleve_sym.study.compare.case import LIFTOFF, AccelerationLevel, Answer, Case, FirstStep
 
 _HELD = "the compression oscillates without end: the contact is held, and there is no impact"

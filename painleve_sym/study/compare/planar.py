@@ -16,7 +16,6 @@ from painleve_sym.complementarity.lemke import solve_lemke
 from painleve_sym.complementarity.mpcc import solve_mpcc_all
 from painleve_sym.contacts.classify import planar_classification
 from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
-from painleve_sym.contacts.solution import ContactCase
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -25,6 +24,7 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
 from painleve_sym.motion.time_stepping.stepping import SteppingRun, TimeStepper
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.problem.solution import ContactCase
 from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
 
 CONTRASTED = ("least-impulse", "largest-impulse", "lemke", "mpcc")

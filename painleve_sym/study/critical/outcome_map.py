@@ -96,8 +96,7 @@ class OutcomeMap(Compared):
         return {
             **plain_fields(self, "mechanism", "law", "over", "unit", "counts"),
             "critical_forces": [
-                dict(zip(names, map(finite, row), strict=True))
-                for row in self.columns.tolist()
+                dict(zip(names, map(finite, row), strict=True)) for row in self.columns.tolist()
             ],
             **plain_fields(self, "state", "parameters"),
         }

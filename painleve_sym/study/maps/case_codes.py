@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.solution import ContactCase
+from painleve_sym.problem.solution import ContactCase
 
 Codes = NDArray[np.int_]
 

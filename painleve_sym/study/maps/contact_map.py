@@ -17,11 +17,11 @@ from painleve_sym.codegen.evaluate import at_arrays
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.closing import unknowns
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, argument_symbols
-from painleve_sym.contacts.local_mode import rounded_difference
-from painleve_sym.contacts.risk import friction_threshold, least_over_normals
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.problem.modes import rounded_difference
+from painleve_sym.problem.risk import friction_threshold, least_over_normals
 from painleve_sym.study.maps.axes import SLIP_DIRECTION, MapPlace
 from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments

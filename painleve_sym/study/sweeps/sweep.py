@@ -17,7 +17,6 @@ from painleve_sym.checks import number, whole_number
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.closing import unknowns
 from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -29,6 +28,7 @@ from painleve_sym.motion.batch.reason_codes import ROW_REASONS
 from painleve_sym.motion.batch.result import BatchResult, event_dims
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.problem.modes import rounded_difference
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.scenario import MAX_FILE, Scenario

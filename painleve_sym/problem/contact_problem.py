@@ -56,12 +56,15 @@ from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, pivot
 from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
 from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.array_checks import finite_array, mobility_matrix_faults
-from painleve_sym.contacts.local_mode import CONTACT_LIMIT, rounded_difference, sign_of
-from painleve_sym.contacts.scaled_law import ScaledLaw
-from painleve_sym.contacts.solution import ContactCase, ContactSolution, case_of
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
+from painleve_sym.problem.answers import Answer, Answers, openness
+from painleve_sym.problem.array_checks import finite_array, mobility_matrix_faults
+from painleve_sym.problem.constraints import Ball, Constraint, pieces
+from painleve_sym.problem.law import ScaledLaw
+from painleve_sym.problem.modes import CONTACT_LIMIT, rounded_difference, sign_of
+from painleve_sym.problem.products import PieceProduct
+from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, planar_solution
 
 _STATED = "ContactProblem cannot be stated, "
 
@@ -231,7 +234,23 @@ class ContactProblem(Compared):
             For more than `CONTACT_LIMIT` contacts. Fix: call `solve_lemke` for one solution.
         """
         self._refuse_many("solutions")
-        return self._law.solutions()
+        answers = self._answers
+        return tuple(planar_solution(answers.law, answer) for answer in answers.all)
+
+    @property
+    def complete(self) -> bool:
+        """Whether `solutions` returns every motion, up to those of a continuum: always."""
+        return True
+
+    @property
+    def borders(self) -> tuple[str, ...]:
+        """Borders on which the problem lies within some 1e-8, where a neighbour has another case.
+
+        ``grazing``: a contact neither presses nor leaves. ``edge``: friction at its limit without
+        slip. ``infinity``: a neighbouring problem has forces of any size.
+        """
+        self._refuse_many("borders")
+        return tuple(sorted(self._answers.borders))
 
     def solve_lemke(self, max_pivots: int | None = None) -> LemkeResult[ContactSolution]:
         """Find one consistent set of forces by Lemke's pivots, for any number of contacts.
@@ -258,7 +277,7 @@ class ContactProblem(Compared):
         status, z, pivots = pivot(scaled, limit, RESIDUAL_TOLERANCE)
         if z is None:
             return LemkeResult(status, None, pivots)
-        answer = self._law.solution_of(ways @ (unit * z))
+        answer = self._solution_of(ways @ (unit * z))
         return LemkeResult(status if answer else LemkeStatus.NOT_VERIFIED, answer, pivots)
 
     def residual(self, forces: npt.ArrayLike) -> float:
@@ -298,7 +317,7 @@ class ContactProblem(Compared):
             )
         if not np.all(np.isfinite(point)):
             return math.inf
-        return self._law.residual(point)
+        return self._law.residual((point / self._law.unit).tolist())
 
     def uniqueness(self) -> Uniqueness:
         """Say beforehand what W, mu and the slip directions promise for every b.
@@ -309,7 +328,8 @@ class ContactProblem(Compared):
             For more than `CONTACT_LIMIT` contacts. Fix: ask about fewer contacts.
         """
         self._refuse_many("uniqueness")
-        product = self._law.product
+        law = self._law
+        product = PieceProduct(law, list(map(pieces, law.constraints)))
         return uniqueness_of(product.pieces(), product.power_forms())
 
     @property
@@ -319,7 +339,7 @@ class ContactProblem(Compared):
 
     def case_of(self, solutions: Sequence[ContactSolution]) -> ContactCase:
         """Classify the problem by all its solutions, as `solutions` returns them."""
-        return case_of(solutions, self.b, self.size > 1)
+        return case_of(solutions, self.size > 1)
 
     # ---- complementarity problems ----
 
@@ -405,7 +425,7 @@ class ContactProblem(Compared):
         InputError
             As for `forces_from`.
         """
-        return self._law.solution_of(self.forces_from(solution))
+        return self._solution_of(self.forces_from(solution))
 
     @property
     def _rows(self) -> ContactRows:
@@ -555,4 +575,23 @@ class ContactProblem(Compared):
 
     @cached_property
     def _law(self) -> ScaledLaw:
-        return ScaledLaw(self.W, self.b, self.mu, self.slip_directions, self.bilateral)
+        constraints = []
+        for i, (mu, s, both) in enumerate(
+            zip(self.mu.tolist(), self.slip_directions, self.bilateral.tolist(), strict=True)
+        ):
+            ball = Ball((2 * i + 1,), mu, (float(s),) if s else ())
+            sides = (1, -1) if both else (1,)
+            constraints.append(Constraint(2 * i, (ball,), not both, sides))
+        return ScaledLaw(self.W.tolist(), self.b.tolist(), constraints)
+
+    @cached_property
+    def _answers(self) -> Answers:
+        return Answers(self._law)
+
+    def _solution_of(self, forces: FloatArray) -> ContactSolution | None:
+        """Return forces as a solution, or None where they fail the check."""
+        law = self._law
+        checked = law.check((forces / law.unit).tolist())
+        if checked is None:
+            return None
+        return planar_solution(law, Answer(checked, *openness(law, checked)))

@@ -12,8 +12,8 @@ import numpy as np
 
 from painleve_sym.checks import INDEFINITE, SYMMETRY
 from painleve_sym.complementarity.solution_sets import FloatArray
-from painleve_sym.contacts.local_mode import Vector
 from painleve_sym.errors import received
+from painleve_sym.problem.constraints import Vector
 
 
 def finite_array(value: object, name: str) -> tuple[FloatArray, str]:

@@ -7,17 +7,18 @@ is that of contacts in space, too.
 from __future__ import annotations
 
 import enum
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from painleve_sym.complementarity.solution_sets import FloatArray
-from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.equality import Compared
-
-_SAME_MOTION = 1e-9  # of the largest acceleration without forces
+from painleve_sym.problem.answers import Answer
+from painleve_sym.problem.law import ROUNDING, ScaledLaw, accelerations
+from painleve_sym.problem.modes import ContactMode, slip_mode
 
 
 class ContactCase(enum.StrEnum):
@@ -33,12 +34,17 @@ class ContactCase(enum.StrEnum):
     UNIQUE
         One solution of several contacts.
     INDETERMINATE
-        Several. One unilateral contact in slip: F_n = 0 and F_n = -B/A where A < 0 and B > 0; any
-        F_n >= 0 where A = B = 0. One bilateral contact in slip: one for each sign of F_n where
-        mu |W_nt| > W_nn and s W_nt B > 0. At v_t = 0 up to three, or a ray of them. Several
-        contacts: several accelerations.
+        Several motions. One unilateral contact in slip: F_n = 0 and F_n = -B/A where A < 0 and
+        B > 0; any F_n >= 0 where A = B = 0. One bilateral contact in slip: one for each sign of
+        F_n where mu |W_nt| > W_nn and s W_nt B > 0. At v_t = 0 up to three, or a continuum.
     HYPERSTATIC
-        Several forces of several contacts, with the same accelerations.
+        One motion with several forces: a body on more contacts than it has freedoms, or one contact
+        of a mechanism whose normal and tangent share a freedom. After a search that proves nothing,
+        one motion is known.
+    UNKNOWN
+        No solution, after a search that proves nothing: several contacts in space begin to slip.
+    ONE_KNOWN
+        One solution, with one set of forces, after such a search.
     """
 
     SLIP = ("slip", "one solution, the contact slides on")
@@ -48,6 +54,8 @@ class ContactCase(enum.StrEnum):
     INDETERMINATE = ("indeterminate", "several solutions, the rigid model does not choose")
     UNIQUE = ("unique", "one solution")
     HYPERSTATIC = ("hyperstatic", "one motion, but rigidity leaves its forces open")
+    UNKNOWN = ("unknown", "no solution is known, and none is proved not to exist")
+    ONE_KNOWN = ("one_known", "one solution is known, and none is proved to be the only one")
 
     sentence: str
 
@@ -73,9 +81,12 @@ class ContactSolution(Compared):
         a_n and a_t of each contact, in m/s². Read-only.
     residual : float
         `ContactProblem.residual` of the forces; dimensionless.
-    isolated : bool, or None
-        False where the forces belong to a segment, ray or wider set of solutions; None where more
-        local modes meet than are tried.
+    open_forces : int
+        In how many directions the forces are open while the motion stays. Where it is not 0 the
+        forces are the shortest ones, lengths counted by mobilities.
+    moves : bool or None
+        Whether the motion is one of a continuum of motions; None where more pieces of the law meet
+        than are tried.
 
     Examples
     --------
@@ -93,7 +104,13 @@ class ContactSolution(Compared):
     normal_accelerations: FloatArray
     tangential_accelerations: FloatArray
     residual: float
-    isolated: bool | None
+    open_forces: int = 0
+    moves: bool | None = False
+
+    @property
+    def isolated(self) -> bool | None:
+        """Whether no neighbouring forces are a solution; None where that is not known."""
+        return isolated(self)
 
     def __repr__(self) -> str:
         """Return modes and forces in one line."""
@@ -151,27 +168,86 @@ class Verified(Protocol):
         """The mode of each contact."""
 
     @property
-    def isolated(self) -> bool | None:
-        """Whether the forces are a solution by themselves; None where that is not known."""
+    def open_forces(self) -> int:
+        """In how many directions the forces are open while the motion stays."""
 
     @property
-    def accelerations(self) -> FloatArray | tuple[FloatArray, ...]:
-        """Of all contacts."""
+    def moves(self) -> bool | None:
+        """Whether the motion is one of a continuum; None where that is not known."""
+
+    @property
+    def residual(self) -> float:
+        """Distance of the forces from the laws."""
 
 
-def case_of(solutions: Sequence[Verified], b: FloatArray, plural: bool) -> ContactCase:
-    """Return the case by all solutions; b are the accelerations without forces.
+def forces_data(solution: Verified) -> dict[str, Any]:
+    """Return how open the forces of a solution are, and its residual, as plain data."""
+    return {
+        "isolated": isolated(solution),
+        "open_forces": solution.open_forces,
+        "moves": solution.moves,
+        "residual": solution.residual,
+    }
 
-    With `plural` in the words for several contacts.
+
+def isolated(solution: Verified) -> bool | None:
+    """Return whether no neighbouring forces are a solution; None where that is not known."""
+    if solution.open_forces or solution.moves:
+        return False
+    return None if solution.moves is None else True
+
+
+def case_of(solutions: Sequence[Verified], plural: bool, complete: bool = True) -> ContactCase:
+    """Return the case by all solutions, each of which is one motion.
+
+    With `plural` in the words for several contacts. `complete` says whether they are all: two
+    motions are a proof, but one or none need it.
     """
     if not solutions:
-        return ContactCase.INCONSISTENT
-    if len(solutions) == 1 and solutions[0].isolated is not False:
-        return ContactCase.UNIQUE if plural else _CASES.get(solutions[0].modes[0], ContactCase.SLIP)
-    motions = [np.hstack(list(s.accelerations)) for s in solutions]
-    near = _SAME_MOTION * float(np.max(np.abs(b)))
-    same = plural and np.allclose(motions, motions[0], rtol=0, atol=near)
-    return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE
+        return ContactCase.INCONSISTENT if complete else ContactCase.UNKNOWN
+    if len(solutions) > 1 or solutions[0].moves:
+        return ContactCase.INDETERMINATE
+    if solutions[0].open_forces:
+        return ContactCase.HYPERSTATIC
+    if not complete:
+        return ContactCase.ONE_KNOWN
+    return ContactCase.UNIQUE if plural else _CASES.get(solutions[0].modes[0], ContactCase.SLIP)
 
 
 _CASES = {ContactMode.LIFTOFF: ContactCase.LIFTOFF, ContactMode.STICK: ContactCase.STICK}
+
+
+def mode_of(law: ScaledLaw, answer: Answer, i: int) -> ContactMode:
+    """Return what a constraint does by its first ball."""
+    constraint, forces = law.constraints[i], answer.checked.forces
+    if constraint.opens and forces[constraint.normal] == 0:
+        return ContactMode.LIFTOFF
+    if not constraint.balls or not (way := answer.checked.slips[i][0]):
+        return ContactMode.STICK
+    return slip_mode(way[0]) if len(way) == 1 else ContactMode.SLIP
+
+
+def planar_solution(law: ScaledLaw, answer: Answer) -> ContactSolution:
+    """Return an answer in the units of the problem, with its accelerations."""
+    checked = answer.checked
+    forces = list(map(operator.mul, law.unit, checked.forces))
+    a, terms = accelerations(*law.given, forces)
+    a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
+    modes = tuple(mode_of(law, answer, i) for i in range(len(law.constraints)))
+    lift, stick = ContactMode.LIFTOFF, ContactMode.STICK
+    # What the mode fixes at 0 is exactly 0.
+    parted = [v if m is lift else 0.0 for v, m in zip(a[0::2], modes, strict=True)]
+    sliding = [0.0 if m is stick else v for v, m in zip(a[1::2], modes, strict=True)]
+    numbers = np.array((forces[0::2], forces[1::2], parted, sliding))
+    numbers.setflags(write=False)
+    normal, tangential, a_n, a_t = numbers
+    return ContactSolution(
+        modes,
+        normal,
+        tangential,
+        a_n,
+        a_t,
+        checked.residual,
+        answer.open_forces,
+        answer.moves,
+    )

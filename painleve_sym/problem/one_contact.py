@@ -20,19 +20,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.contacts.friction_set import Disc, Interval
-from painleve_sym.contacts.local_mode import rounded_difference
-from painleve_sym.contacts.risk import (
+from painleve_sym.equality import Compared
+from painleve_sym.errors import InputError
+from painleve_sym.files import finite, plain_fields
+from painleve_sym.problem.friction_set import Disc, Interval
+from painleve_sym.problem.modes import rounded_difference
+from painleve_sym.problem.risk import (
     friction_threshold,
     least_over_normals,
     sector_half_angle,
     slip_direction,
 )
-from painleve_sym.contacts.solution import ContactCase
-from painleve_sym.contacts.spatial_problem import SpatialProblem, SpatialSolution
-from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError
-from painleve_sym.files import finite, plain_fields
+from painleve_sym.problem.solution import ContactCase, forces_data
+from painleve_sym.problem.spatial_problem import SpatialProblem, SpatialSolution
 
 
 @dataclass(frozen=True)
@@ -152,10 +152,8 @@ class ContactAnswer(Compared):
         return {
             **self.coefficient_data(),
             "case": self.case.value,
-            "solutions": [
-                solution_data(s) | {"isolated": s.isolated, "residual": s.residual}
-                for s in self.solutions
-            ],
+            "borders": list(self.problem.borders),
+            "solutions": [solution_data(s) | forces_data(s) for s in self.solutions],
         }
 
 

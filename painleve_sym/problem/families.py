@@ -1,0 +1,276 @@
+"""Choices of pieces whose system is singular: no forces, one motion, or a continuum of motions.
+
+A choice asks for ``x`` with ``V (W G x + b) = 0`` and inequalities, where the columns of G are the
+directions of its forces and V takes the rows that vanish. Where V W G is singular, x is open along
+its null space; whether the motion is open with it is a question of W G alone.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from painleve_sym.complementarity.solution_sets import RANK, FloatArray
+from painleve_sym.problem.constraints import STICK, Piece, Vector, pressed
+from painleve_sym.problem.faces import Cone, Face, ForceSet
+from painleve_sym.problem.law import ZERO, Motion, ScaledLaw
+
+_RANGE = 1e-12  # of b: what may be missing to the range of a singular matrix
+_MOVES = 1e-10  # of an acceleration by a force of order one; zeros are below 1e-14
+_HOLDS = 1e-9  # of the forces: they are those of a choice
+
+
+class Family:
+    """The forces of one choice of pieces whose system is singular.
+
+    Parameters
+    ----------
+    law : ScaledLaw
+        Of the problem, with one row for each that may vanish.
+    chosen : sequence of Piece
+        One for each constraint.
+    across : sequence of int
+        Rows that vanish as well: those across a slip that begins.
+    """
+
+    def __init__(self, law: ScaledLaw, chosen: Sequence[Piece], across: Sequence[int] = ()) -> None:
+        self.law, self.chosen = law, chosen
+        self.W, self.b = np.array(law.W), np.array(law.b)
+        directions = [way for piece in chosen for way in piece.directions]
+        self.G = np.zeros((len(self.b), len(directions)))
+        for k, (rows, values) in enumerate(directions):
+            self.G[list(rows), k] = values
+        self.rows = [row for piece in chosen for row in piece.vanishing] + list(across)
+        # What rounding leaves of a coupling would decide the rank.
+        self.rates = self.W @ self.G
+        terms = law.terms_of(self.G)
+        self.rates[np.abs(self.rates) <= 8 * np.finfo(float).eps * terms] = 0.0
+        self.block = self.rates[self.rows]
+
+    @cached_property
+    def _parts(self) -> tuple[FloatArray | None, FloatArray]:
+        """A solution x of the equations, None where there is none, and their null space."""
+        size = self.block.shape[1]
+        if not size:  # nothing presses, and nothing vanishes
+            return np.zeros(0), np.zeros((0, 0))
+        left, stretch, right = np.linalg.svd(self.block, full_matrices=True)
+        rank = int(np.sum(stretch > RANK * len(self.b)))
+        goal = -self.b[self.rows]
+        null: FloatArray = right[rank:].T
+        if np.any(np.abs(left[:, rank:].T @ goal) > _RANGE * np.max(np.abs(goal), initial=0.0)):
+            return None, null
+        left, stretch, right = left[:, :rank], stretch[:rank], right[:rank]
+        x = right.T @ (left.T @ goal / stretch)
+        x += right.T @ (left.T @ (goal - self.block @ x) / stretch)
+        return x, null
+
+    @property
+    def reached(self) -> bool:
+        """Whether b lies in the range of the singular matrix."""
+        return self._parts[0] is not None
+
+    @property
+    def regular(self) -> bool:
+        """Whether the equations leave no force open."""
+        return not self._parts[1].shape[1]
+
+    @property
+    def moves(self) -> bool:
+        """Whether forces that the equations leave open change an acceleration."""
+        null = self._parts[1]
+        return bool(null.shape[1]) and bool(np.max(np.abs(self.rates @ null)) > _MOVES)
+
+    @property
+    def forces(self) -> Vector:
+        """Forces that solve the equations, without the inequalities."""
+        x, _ = self._parts
+        assert x is not None
+        forces: Vector = (self.G @ x).tolist()
+        return forces
+
+    def _forms(self) -> tuple[FloatArray, FloatArray, tuple[Cone, ...]]:
+        """Return the inequalities by x: rows, start, and the discs that stick."""
+        rows, start, cones = list[FloatArray](), list[float](), list[Cone]()
+        for piece in self.chosen:
+            for form in piece.cone:
+                rows.append(np.array(form.values) @ self.G[list(form.rows)])
+                start.append(0.0)
+            for form in piece.signs:
+                values = np.array(form.values)
+                rows.append(values @ self.rates[list(form.rows)])
+                start.append(float(values @ self.b[list(form.rows)]))
+            for n, ball in piece.discs:
+                cones.append(Cone(piece.side * self.G[n], self.G[list(ball.rows)], ball.mu))
+        size = self.G.shape[1]
+        return np.array(rows).reshape(len(rows), size), np.array(start), tuple(cones)
+
+    def inside(self) -> tuple[Vector, bool] | None:
+        """Return forces well inside the inequalities, and whether the motion is open around them.
+
+        None where no forces fulfil them.
+        """
+        x, null = self._parts
+        if x is None:
+            return None
+        rows, start, cones = self._forms()
+        face = ForceSet(x, null, rows, start, cones).inside()
+        if face is None:
+            return None
+        span = face.span
+        moves = bool(span.shape[1]) and bool(np.max(np.abs(self.rates @ span)) > _MOVES)
+        forces: Vector = (self.G @ face.point).tolist()
+        return forces, moves
+
+    def at_infinity(self) -> bool:
+        """Whether a neighbouring problem has forces of any size along the null space.
+
+        Only a slip makes this a border: a stress that contacts hold among each other is not.
+        """
+        null = self._parts[1]
+        if self.reached or not any(piece.has_slip for piece in self.chosen) or not null.shape[1]:
+            return False
+        rows, _, cones = self._forms()
+        for side in (1.0, -1.0) if null.shape[1] == 1 else (1.0,):
+            slope = rows @ null
+            moving = np.max(np.abs(slope), axis=1, initial=0.0) > _MOVES
+            if null.shape[1] == 1:
+                x = side * null[:, 0]
+                levels = [*(rows @ x), *(-cone.excess(x) for cone in cones)]
+                if min(levels, default=0.0) >= -_MOVES:
+                    return True
+            elif ForceSet(
+                np.zeros(len(null)), null, rows[moving], -np.ones(int(moving.sum())), cones
+            ).inside():
+                return True
+        return False
+
+    def contains(self, forces: Vector, motion: Motion) -> bool:
+        """Return whether forces with this motion are one of the family, its borders included."""
+        law, point = self.law, np.array(forces)
+        x = np.linalg.lstsq(self.G, point, rcond=None)[0] if self.G.shape[1] else np.zeros(0)
+        size = float(np.max(np.abs(point), initial=0.0))
+        if np.max(np.abs(self.G @ x - point), initial=0.0) > _HOLDS * size:
+            return False
+        scales = law.scale(motion.terms)
+        if any(abs(motion.a[row]) > ZERO * scales[law.row_part[row]] for row in self.rows):
+            return False
+        for piece in self.chosen:
+            for form in piece.cone:
+                if (
+                    sum(v * forces[r] for r, v in zip(form.rows, form.values, strict=True))
+                    < -_HOLDS * size
+                ):
+                    return False
+            for form in piece.signs:
+                rate = sum(v * motion.a[r] for r, v in zip(form.rows, form.values, strict=True))
+                if rate < -_HOLDS * scales[law.row_part[form.rows[0]]]:
+                    return False
+            for n, ball in piece.discs:
+                friction = math.hypot(*(forces[t] for t in ball.rows))
+                if friction > ball.mu * abs(forces[n]) + _HOLDS * size:
+                    return False
+        return True
+
+
+def forces_of_motion(law: ScaledLaw, motion: Motion) -> tuple[Vector, int] | None:
+    """Return the shortest forces with a motion, and in how many directions they are open.
+
+    The set is convex: the accelerations alone say what each constraint may do. A part that leaves
+    has no force, one that slips has friction at its limit, and one at rest has any within its ball.
+    Lengths count in units of the mobilities, so that neither units nor axes choose. A closed
+    constraint with friction has one set for each sign of F_n. None where there are none.
+    """
+    zero = law.is_zero(motion)
+    sides = list[tuple[int, ...]]()
+    for i, constraint in enumerate(law.constraints):
+        if not zero[law.normals[i]]:
+            sides.append((0,))
+        elif len(constraint.sides) > 1 and not any(ball.mu for ball in constraint.balls):
+            sides.append((2,))  # either sign, which no friction tells apart
+        else:
+            sides.append(constraint.sides)
+    points, dimension = list[FloatArray](), 0
+    for chosen in itertools.product(*sides):
+        face, G = _of_sides(law, motion, zero, chosen)
+        if face is not None:
+            points.append(G @ face.point)
+            dimension = max(dimension, face.span.shape[1])
+    if not points:
+        return None
+    weights = np.array([law.weights[part] or 1.0 for part in law.row_part])
+    sizes = [float(np.linalg.norm(weights * point)) for point in points]
+    shortest: Vector = points[int(np.argmin(np.round(sizes, 12)))].tolist()
+    apart = max(float(np.max(np.abs(weights * (p - points[0])))) for p in points)
+    largest = max(max(sizes), max(law.offsets, default=0.0))
+    return shortest, max(dimension, int(apart > _MOVES * largest))
+
+
+def _of_sides(
+    law: ScaledLaw, motion: Motion, zero: Sequence[bool], sides: Sequence[int]
+) -> tuple[Face | None, FloatArray]:
+    """Return the forces of a motion for given signs of F_n, and the map to forces by rows."""
+    chosen = []
+    for i, (constraint, side) in enumerate(zip(law.constraints, sides, strict=True)):
+        if not side:
+            if not constraint.opens:
+                return None, np.zeros((0, 0))
+            continue
+        ways = []
+        for ball, k in zip(constraint.balls, law.balls[i], strict=True):
+            if ball.slip or not ball.mu:
+                ways.append(ball.slip)
+            elif zero[k]:
+                ways.append(STICK)
+            else:
+                a = [motion.a[t] for t in ball.rows]
+                length = math.hypot(*a)
+                ways.append(tuple(v / length for v in a))
+        piece = pressed(constraint, 1 if side == 2 else side, tuple(ways))
+        chosen.append(piece._replace(cone=()) if side == 2 else piece)
+    weights = np.array([law.weights[part] or 1.0 for part in law.row_part])
+    directions = [
+        (way, size)
+        for piece in chosen
+        for way, size in zip(piece.directions, piece.units, strict=True)
+    ]
+    G = np.zeros((len(law.b), len(directions)))
+    for k, (way, _) in enumerate(directions):
+        G[list(way.rows), k] = way.values
+    lengths = np.linalg.norm(weights[:, None] * G, axis=0)
+    G = G / np.where(lengths > 0, lengths, 1.0)
+    block, goal = np.array(law.W) @ G, np.array(motion.a) - np.array(law.b)
+    scales = law.scale(motion.terms)
+    base, null = _least_squares(block, goal, ZERO * np.array(scales)[law.row_part])
+    if base is None:
+        return None, G
+    rows, start, cones = list[FloatArray](), list[float](), list[Cone]()
+    for piece in chosen:
+        for form in piece.cone:
+            rows.append(np.array(form.values) @ G[list(form.rows)])
+            start.append(0.0)
+        for n, ball in piece.discs:
+            cones.append(Cone(piece.side * G[n], G[list(ball.rows)], ball.mu))
+    inequalities = np.array(rows).reshape(len(rows), G.shape[1])
+    return ForceSet(base, null, inequalities, np.array(start), tuple(cones)).shortest(), G
+
+
+def _least_squares(
+    block: FloatArray, goal: FloatArray, least: FloatArray
+) -> tuple[FloatArray | None, FloatArray]:
+    """Return the shortest x with ``block x = goal``, and the null space.
+
+    None for x where more than `least` is missing.
+    """
+    size = block.shape[1]
+    if not size:
+        return (np.zeros(0) if np.all(np.abs(goal) <= least) else None), np.zeros((0, 0))
+    left, stretch, right = np.linalg.svd(block, full_matrices=True)
+    rank = int(np.sum(stretch > _MOVES))
+    null: FloatArray = right[rank:].T
+    x = right[:rank].T @ (left[:, :rank].T @ goal / stretch[:rank])
+    x += right[:rank].T @ (left[:, :rank].T @ (goal - block @ x) / stretch[:rank])
+    return (x if np.all(np.abs(block @ x - goal) <= least) else None), null
