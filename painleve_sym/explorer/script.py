@@ -8,6 +8,7 @@ from importlib import resources
 
 MODULES = (
     "settings.js",
+    "small_events.js",
     "engine.js",
     "draw.js",
     "controls.js",

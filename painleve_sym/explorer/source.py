@@ -31,6 +31,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import ENERGY_ROUNDING
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.small_events import RATES
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.axes import default_range, parameter_range
 
@@ -283,7 +284,9 @@ def _motion(code: MotionCode) -> dict[str, Any]:
         "memory": list(outline.memory_names),
         "modes": [m.name for m in outline.modes],
         "outputs": [{"name": n, "unit": unit_of(n, units)} for n in outline.output_names],
-        "events": [{"name": str(k), "sentence": k.sentence} for k in outline.kinds],
+        "events": [
+            {"name": str(k), "sentence": k.sentence, "rate": RATES.get(k)} for k in outline.kinds
+        ],
         "parts": [
             {
                 "contact": part.name,

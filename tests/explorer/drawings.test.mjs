@@ -217,10 +217,11 @@ function run(kind = "compliant") {
     kind, time, sentence: `${kind} happens`, contact: "", mode_after: "stick", outputs: outputs(time),
     before: state(time), after: state(time),
   });
+  const events = [event("max_compression", 0.5), event("separation", 1.5)];
   return {
     motion: { names, outputNames: ["normal_force", "tangential_force"], engine: {} }, fault: "", values: {},
     times: Array.from({ length: 21 }, (_, i) => i / 10),
-    events: [event("max_compression", 0.5), event("separation", 1.5)],
+    events, eventsAboveTolerance: events, tolerance: () => 0,
     end: { time: 2, residual: 0, stop: { name: "t_end", sentence: "the end time was reached" }, mode: "flight", state: state(2), outputs: outputs(2) },
     at: (t) => ({ mode: "stick", state: state(t), outputs: outputs(t) }), force, state,
   };
@@ -363,6 +364,27 @@ test("the table of events has the time, the force and the velocities of each", (
     ["", "2", "end: t end", "flight", "0", "−1", "6"]]);
   const titles = view.element.tagged("abbr").map((e) => e.attributes.title);
   assert.deepEqual(titles, ["max_compression happens", "separation happens", "the end time was reached"]);
+});
+
+test("events below the tolerance are counted, not listed, and speeds and forces below it are 0", () => {
+  const one = run();
+  one.eventsAboveTolerance = [one.events[1]];
+  one.tolerance = (name) => ({ normal_force: 4.5, x_dot: 0.4, y_dot: 4.4 })[name];
+  const view = new MotionView(motionEngine, () => {}, plain, { rtol: 1e-11, openFrom: 1e-8 });
+  view.update({ values: {}, magnify: 0, at: 0 }, [one]);
+  const lines = view.figure.classed("event");
+  assert.deepEqual(lines.map((line) => text(line.tagged("title")[0])), ["separation at 1.5 s"]);
+  assert.deepEqual(view.legend.children.slice(2).map((li) => text(li)),
+    ["events, numbered as below", "1 event below the tolerance"]);
+  const tables = new EventView({ states: motionEngine.states }, plain);
+  tables.update({ values: one.state(0) }, [one]);
+  const [velocities, events] = tables.element.tagged("table");
+  assert.equal(text(events.tagged("caption")[0]), "Events, compliant, without 1 event below the tolerance");
+  assert.deepEqual(rowsOf(events).slice(1), [["1", "1.5", "separation", "stick", "0", "−0.5", "4.5"],
+    ["", "2", "end: t end", "flight", "0", "−1", "6"]]);
+  one.tolerance = () => 1;
+  tables.update({ values: one.state(0) }, [one]);
+  assert.deepEqual(rowsOf(tables.element.tagged("table")[0])[1], ["before", "0", "0"]);
 });
 
 // ---- the contact problem ----

@@ -15,9 +15,10 @@ const web = process.env.EXPLORER_WEB;
 const own = (name) => import(pathToFileURL(path.join(web, name)).href);
 const { defaults, fault, fromText, toText } = await own("settings.js");
 const { Clock } = await own("clock.js");
-const { Frame, pretty, settled, short, span, symbols, ticks, whole, zeros } = await own("draw.js");
+const { Frame, pretty, short, span, symbols, ticks, whole, zeros } = await own("draw.js");
 const { rangeAround } = await own("map.js");
-const { load, unpacked } = await own("engine.js");
+const { Run, load, unpacked } = await own("engine.js");
+const { eventsAboveTolerance } = await own("small_events.js");
 const { linesOf, notes } = await own("problem.js");
 const { sliderScale } = await own("controls.js");
 const { afterImpact, eventWords, modeWords, remarks } = await own("motion.js");
@@ -129,7 +130,6 @@ test("numbers are written short or whole", () => {
   assert.deepEqual(ticks(1, 1), []);
   const [low, high] = span([5, NaN, 7]);
   assert.ok(low < 0 && high > 7);
-  assert.deepEqual([settled(1e-17, 1), settled(-1e-12, 1), settled(2e-20, 1e-8)], [0, -1e-12, 2e-20]);
   assert.deepEqual(["theta_dot", "x_A_dot", "mu", "e_energetic"].map(pretty),
     ["θ\u0307", "x\u0307_A", "μ", "e_energetic"]);
 });
@@ -275,6 +275,43 @@ test("the lines of the contact problem are those that the slip allows", () => {
   assert.deepEqual([pull.slope, pull.side], [-1, -1]);
 });
 
+test("an event is listed where the rate of its contact is above the tolerance before or after it", () => {
+  const kinds = { touchdown: "gap_rate", reload: "gap_rate", slip_stop: "slip_velocity", impact: null };
+  const names = { events: Object.entries(kinds).map(([name, rate]) => ({ name, rate })) };
+  const contacts = ["A", "B"].map((name) => ({ name, gap_rate: `n_${name}`, slip: `t_${name}` }));
+  const event = (kind, contact, time) => ({ kind, contact, time });
+  const events = [
+    event("touchdown", "A", 1), event("slip_stop", "A", 1), event("reload", "A", 3), event("reload", "B", 3),
+    event("impact", "A", 4), event("reload", "A", 4), event("slip_stop", "A", 5), event("slip_stop", "B", 6),
+  ];
+  const state = (t) => ({ n_A: t < 2 ? -2 : 1.9e-11, n_B: 2.1e-11, t_A: 0.9e-11, t_B: t < 5.9 ? 1 : 0 });
+  const run = {
+    motion: { names, description: { contacts } }, rtol: 1e-11, end: { time: 8 }, events,
+    scales: { n_A: 2, n_B: 2, t_A: 1, t_B: 1 }, at: (t) => ({ state: state(t) }),
+  };
+  const listed = () => eventsAboveTolerance(run).map((e) => `${e.kind} ${e.contact} ${e.time}`);
+  // Between 1 and 3 s the gap of A changes by 2 m/s at the first of the three times.
+  assert.deepEqual(listed(), ["touchdown A 1", "reload A 3", "reload B 3", "impact A 4", "slip_stop B 6"]);
+  run.scales.n_B = 3;
+  run.scales.t_A = 0.5;
+  assert.deepEqual(listed(), ["touchdown A 1", "slip_stop A 1", "reload A 3", "impact A 4", "slip_stop A 5", "slip_stop B 6"]);
+  // The events of one contact do not name it.
+  run.motion.description.contacts = [{ ...contacts[0], name: "tip" }];
+  run.events = [event("reload", "", 3), event("reload", "", 1), event("reload", "", 5)];
+  run.events.sort((a, b) => a.time - b.time);
+  assert.deepEqual(listed(), ["reload  1", "reload  3"]);
+});
+
+test("what counts as 0 of a speed or force is the tolerance of the run on its size", () => {
+  const event = (v, force) => ({ before: { v: 0 }, after: { v }, outputs: { normal_force: force, tangential_force: 1, gap: 99 } });
+  const own = Object.assign(new Run({}, {}, "no start", 0, 0.25), {
+    events: [event(-3, 5), event(1, 2)], scales: { v: 0.5 }, end: { state: { v: 2 }, outputs: { normal_force: -7, tangential_force: 0, gap: 99 } },
+  });
+  assert.deepEqual(["v", "normal_force", "tangential_force"].map((n) => own.tolerance(n)), [0.75, 1.75, 1.75]);
+  own.scales.v = 4;
+  assert.equal(own.tolerance("v"), 1);
+});
+
 // ---- numbers of the package ----
 
 const close = (own, expected, where, part = 1e-12) => {
@@ -304,6 +341,7 @@ for (const wanted of file ? JSON.parse(fs.readFileSync(file, "utf8")) : []) {
       close(own.end.residual, run.residual, "energy residual", rtol);
       assert.deepEqual(own.events.map((e) => e.kind), run.events.map((e) => e.kind));
       assert.deepEqual(own.events.map((e) => e.contact), run.events.map((e) => e.contact));
+      assert.deepEqual(own.eventsAboveTolerance.map((e) => own.events.indexOf(e)), run.listed);
       for (const [k, event] of run.events.entries()) {
         close(own.events[k].time, event.time, `time of event ${k}`, rtol);
         for (const [s, value] of Object.entries(event.state)) {

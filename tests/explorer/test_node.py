@@ -58,6 +58,7 @@ def run_data(trajectory, moments):
     return {
         "stop": trajectory.stop_reason.label,
         "residual": trajectory.energy_residual,
+        "listed": [trajectory.events.index(e) for e in trajectory.events_above_tolerance],
         "events": [
             {
                 "kind": str(e.kind),

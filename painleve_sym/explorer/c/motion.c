@@ -98,6 +98,9 @@ CALLED(${name}_at_time) int ${name}_at_time(double t) {
   return 1;
 }
 
+/* Writes the scales of the states at the start, below which only absolute errors count. */
+CALLED(${name}_scales) void ${name}_write_scales(void) { ps_scales(parameters, state, numbers); }
+
 /* The time at which step i begins. */
 CALLED(${name}_step_time) double ${name}_step_time(int i) {
   return run->steps[i * run->step_width];

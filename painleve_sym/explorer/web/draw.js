@@ -42,9 +42,6 @@ export function short(value, digits = 5) {
   return minus(factor === "1" ? `10${raised}` : `${factor}·10${raised}`);
 }
 
-/** A number, or 0 where it is rounding beside numbers of that size. @param {number} value @param {number} size */
-export const settled = (value, size) => (Math.abs(value) < 1e-13 * size ? 0 : value);
-
 /** @param {string} text */
 const minus = (text) => text.replace("-", "−");
 

@@ -1,12 +1,15 @@
 /** The WebAssembly module of a mechanism: motions, contact problem, maps. It holds every formula. */
 
+import { eventsAboveTolerance } from "./small_events.js";
+
 /** @typedef {{name: string, unit: string, meaning: string, value: number, range: number[],
  *   leading: boolean}} Quantity */
 /** @typedef {{name: string, sentence: string}} Word */
+/** @typedef {Word & {rate: "gap_rate" | "slip_velocity" | null}} Kind */
 /** @typedef {{contact: string, memory: number, local_modes: string[]}} Part */
 /** @typedef {{name: string, law: string, choices: Object<string, string>, engine: string,
  *   rigid: number[], pressable: boolean, states: string[], units: string[], parameters: string[],
- *   memory: string[], modes: string[], outputs: {name: string, unit: string}[], events: Word[],
+ *   memory: string[], modes: string[], outputs: {name: string, unit: string}[], events: Kind[],
  *   parts: Part[]}} MotionNames */
 /** @typedef {{mechanism: {name: string, title: string, source: string, sketch: string},
  *   states: Quantity[], parameters: any[], over: string[], contact: number, contacts: any[], cases: Word[],
@@ -301,10 +304,10 @@ export class Motion {
    */
   run(values, force, { end, rtol, maxSteps, maxEvents }) {
     const fault = this.start(values, force);
-    if (fault) return new Run(this, values, fault, 0);
+    if (fault) return new Run(this, values, fault, 0, rtol);
     const count = this.functions.follow(end, rtol, maxSteps, maxEvents, 0, 1);
     const full = count < 0 ? "the browser has no memory left for this motion" : "";
-    return new Run(this, values, full, count);
+    return new Run(this, values, full, count, rtol);
   }
 
   /** The bits of kinds of events. @param {string[]} kinds */
@@ -395,6 +398,13 @@ export class Motion {
     };
   }
 
+  /** Sizes of the states at the start that was written, below which only absolute errors count. */
+  scales() {
+    const { states } = this.names;
+    this.functions.scales();
+    return named(this.#read(states.length), states);
+  }
+
   /** Times at which the steps of the last run begin. @param {number} count */
   stepTimes(count) {
     return Array.from({ length: count }, (_, i) => this.functions.step_time(i));
@@ -403,13 +413,21 @@ export class Motion {
 
 /** A motion that was followed; it is that of its `Motion` until the next. */
 export class Run {
-  /** @param {Motion} motion @param {Values} values @param {string} fault @param {number} count */
-  constructor(motion, values, fault, count) {
+  /**
+   * @param {Motion} motion @param {Values} values @param {string} fault
+   * @param {number} count of events @param {number} rtol
+   */
+  constructor(motion, values, fault, count, rtol) {
     this.motion = motion;
+    this.rtol = rtol;
     this.values = values;
     this.fault = fault;
     /** @type {Event[]} */
     this.events = [];
+    /** @type {Event[]} */
+    this.eventsAboveTolerance = [];
+    /** @type {Values} */
+    this.scales = {};
     this.end = null;
     /** @type {number[]} */
     this.times = [0];
@@ -417,6 +435,20 @@ export class Run {
     this.end = motion.end();
     this.times = [...motion.stepTimes(this.end.steps), this.end.time];
     this.events = Array.from({ length: count }, (_, i) => motion.event(i));
+    this.scales = motion.scales();
+    this.eventsAboveTolerance = eventsAboveTolerance(this);
+  }
+
+  /** What counts as 0 of a state or force: the tolerance of the run on its size. @param {string} name */
+  tolerance(name) {
+    const forces = name.includes("_force");
+    const own = [this.end?.[forces ? "outputs" : "state"] ?? {}];
+    own.push(...this.events.flatMap((e) => (forces ? [e.outputs] : [e.before, e.after])));
+    // All forces of a motion have one size, that of the largest.
+    const names = Object.keys(own[0]).filter((n) => (forces ? n.includes("_force") : n === name));
+    let size = this.scales[name] ?? 0;
+    for (const values of own) for (const n of names) size = Math.max(size, Math.abs(values[n]));
+    return this.rtol * size;
   }
 
   /** State, mode and outputs at a time, or at the end where that is earlier. @param {number} t */

@@ -1,7 +1,7 @@
 /** Motions over time: animation of the mechanism, forces, events, and the jump beside them. */
 
 import { Clock } from "./clock.js";
-import { Frame, WIDTH, HEIGHT, html, pretty, settled, short, span, svg, symbols } from "./draw.js";
+import { Frame, WIDTH, HEIGHT, html, pretty, short, span, svg, symbols } from "./draw.js";
 import { Scene, magnification, windowOf } from "./scene.js";
 
 /** @typedef {import("./draw.js").Term} Term */
@@ -73,6 +73,12 @@ export function remarks(run, { rtol, openFrom }) {
       `term, more than rtol ${rtol} explains: works and energies are not exact, and states may not be.`);
   }
   return said;
+}
+
+/** How many events are rounding, which are not listed. @param {Run} run */
+function foldedWords({ events, eventsAboveTolerance: { length } }) {
+  const count = events.length - length;
+  return count ? `${count} ${count === 1 ? "event" : "events"} below the tolerance` : "";
 }
 
 /** What the lines among the forces are. @param {number} count of events */
@@ -201,7 +207,9 @@ export class MotionView {
     this.frame = frame;
     const marks = [0, 0.25, 0.5, 0.75, 1].map((at) => ({ at, text: short(this.clock.time(at), 3) }));
     const main = this.runs.find((run) => run.end);
-    const events = main ? main.events.slice(0, LINES) : [];
+    const listed = main?.eventsAboveTolerance ?? [];
+    const events = listed.slice(0, LINES);
+    const folded = main ? foldedWords(main) : "";
     const time = this.settings.magnify ? "time (s), magnified where it is short" : "time (s)";
     const { x, y, width, height } = frame.inside;
     const middle = { x: x + width / 2, y: y + height / 2, "text-anchor": "middle" };
@@ -229,7 +237,8 @@ export class MotionView {
         html("li", {}, html("span", { class: `swatch line ${c.style}`, "aria-hidden": "true" }), symbols(c.label)),
       ),
       events.length ? html("li", {},
-        html("span", { class: "swatch line event", "aria-hidden": "true" }), eventWords(main?.events.length ?? 0)) : "",
+        html("span", { class: "swatch line event", "aria-hidden": "true" }), eventWords(listed.length)) : "",
+      ...(folded ? [html("li", {}, folded)] : []),
     );
   }
 
@@ -307,7 +316,8 @@ export class EventView {
     const head = ["", "time (s)", "event", "mode after",
       ...forces.map((f) => `${f.replace("normal_force", "F_n")} (N)`),
       ...this.speeds.map((s) => `${pretty(s)} after`)];
-    const rows = run.events.slice(0, ROWS).map((e, i) => [
+    const { length } = run.eventsAboveTolerance;
+    const rows = run.eventsAboveTolerance.slice(0, ROWS).map((e, i) => [
       String(i + 1),
       [e.time],
       [this.#word(e.kind, e.sentence), e.contact ? ` (${e.contact})` : ""],
@@ -322,8 +332,10 @@ export class EventView {
         ...this.speeds.map((s) => [end.state[s]])]);
     }
     const names = ["", "time", "", "", ...forces, ...this.speeds];
-    const few = run.events.length > ROWS ? `, the first ${ROWS} of ${run.events.length}` : "";
-    return table(`Events, ${kindOf(run)}${few}`, head, rows, names);
+    const few = length > ROWS ? `, the first ${ROWS} of ${length}` : "";
+    const folded = foldedWords(run);
+    const title = `Events, ${kindOf(run)}${few}${folded && `, without ${folded}`}`;
+    return table(title, head, rows, names, [run]);
   }
 
   /** A kind with its sentence. @param {string} name @param {string} sentence */
@@ -340,7 +352,7 @@ export class EventView {
       rows.push([`${kindOf(run)}: ${text}`, ...this.speeds.map((s) => (after ? [after.state[s]] : ""))]);
     }
     const head = ["", ...this.speeds.map(pretty)];
-    return table("Velocities before and after the first impact", head, rows, ["", ...this.speeds]);
+    return table("Velocities before and after the first impact", head, rows, ["", ...this.speeds], runs);
   }
 }
 
@@ -365,15 +377,14 @@ export function afterImpact(run) {
 /**
  * A table. A cell of one number is an array of it; the others are texts or elements.
  * @param {string} title @param {any[]} head @param {any[][]} rows @param {string[]} names
+ * @param {Run[]} runs whose tolerance says which speeds and forces are 0
  */
-function table(title, head, rows, names) {
+function table(title, head, rows, names, runs) {
   const isNumber = (/** @type {any} */ cell) => Array.isArray(cell) && typeof cell[0] === "number";
-  // What is rounding beside the largest velocity is shown as 0.
-  const speeds = rows.map((row) => row.filter((cell, k) => isNumber(cell) && names[k].endsWith("_dot")));
-  const largest = Math.max(0, ...speeds.flat(2).map(Math.abs));
+  const zeros = names.map((name) => (/_dot$|_force/.test(name) ? Math.max(...runs.map((r) => r.tolerance(name))) : 0));
   const content = (/** @type {any} */ cell, /** @type {number} */ k) => {
     if (!isNumber(cell)) return cell;
-    const value = names[k].endsWith("_dot") ? settled(cell[0], largest) : cell[0];
+    const value = Math.abs(cell[0]) <= zeros[k] ? 0 : cell[0];
     return html("data", { value: cell[0], "data-name": names[k] }, short(value, 6));
   };
   // The first column names the rows where it is a text of words.
