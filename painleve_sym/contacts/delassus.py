@@ -17,15 +17,13 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.closed_within import closed_within, length_formula
+from painleve_sym.contacts.sticking import sticking_expressions
 from painleve_sym.mechanics.declarations import with_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.outline import MechanismOutline
 
 if TYPE_CHECKING:
     import casadi as ca
-    from sympy import Expr
-
-    from painleve_sym.mechanics.coefficients import ContactCoefficients
 
 
 _MOTION = ("gap", "gap_rate", "slip_velocity")
@@ -411,27 +409,12 @@ def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:
     return (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
 
 
-def sticking(c: ContactCoefficients) -> tuple[Expr, Expr]:
-    """Return A′ and B′, with W_nn and b_n in states in which no motion slides the contact.
-
-    There W_tt = W_nt = 0: sticking holds nothing.
-    """
-    import sympy as sp
-
-    if c.W_tt.is_number:
-        return c.A_stick, c.B_stick
-    slides = sp.Gt(c.W_tt, 0, evaluate=False)
-    pairs = (c.A_stick, c.W_nn), (c.B_stick, c.b_n)
-    A, B = (sp.Piecewise((held, slides), (free, True)) for held, free in pairs)
-    return A, B
-
-
 def _formulas(mechanism: Mechanism, i: int) -> dict[str, Any]:
     system, contact, c = mechanism.system, mechanism.contacts[i], mechanism.all_coefficients[i]
     forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")
     formulas = {name: getattr(contact, name) for name in _MOTION}
     formulas |= {name: getattr(c, name) for name in forces}
-    formulas["A_stick"], formulas["B_stick"] = sticking(c)
+    formulas["A_stick"], formulas["B_stick"] = sticking_expressions(c)
     given = length_formula(mechanism, i), system.kinetic_energy, c.W_nn, c.b_n
     _, near, slow = closed_within(*given)
     return formulas | {"gap_tolerance": near, "rate_tolerance": slow}

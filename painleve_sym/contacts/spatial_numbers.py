@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from painleve_sym.codegen.evaluate import expression_function
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.closed_within import closed_within, length_formula
+from painleve_sym.contacts.sticking import sticking_formulas
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -49,7 +50,7 @@ def contact_function(mechanism: Mechanism, symbols: tuple[Any, ...]) -> ca.Funct
         within = function(ca.vertcat(x, block[0, 0], accelerations[0]))
         near.append(within[0])
         slow.append(within[1])
-        A_stick, B_stick = _sticking(block, accelerations)
+        A_stick, B_stick = sticking_formulas(block, accelerations)
         A.append(A_stick)
         B.append(B_stick)
     states = [c.gap for c in contacts] + [c.gap_rate for c in contacts]
@@ -134,19 +135,3 @@ def _biases(mechanism: Mechanism, contact: Contact, symbols: tuple[Any, ...], x:
     count, n = len(speeds), len(rates)
     slopes = ca.reshape(values[count + n :][: count * n], n, count).T
     return ca.mtimes(slopes, values[count : count + n])
-
-
-def _sticking(W: ca.SX, b: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Return A′ and B′; W_nn and b_n where the tangents move as one or not at all."""
-    import casadi as ca
-
-    (t11, t12, t22), (w1, w2) = (W[1, 1], W[1, 2], W[2, 2]), (W[0, 1], W[0, 2])
-    determinant = t11 * t22 - t12 * t12
-    regular = determinant > 1e-12 * t11 * t22
-    safe = ca.if_else(regular, determinant, 1)
-
-    def held(p: ca.SX, q: ca.SX) -> ca.SX:
-        return (p * (t22 * w1 - t12 * w2) + q * (t11 * w2 - t12 * w1)) / safe
-
-    A = ca.if_else(regular, W[0, 0] - held(w1, w2), W[0, 0])
-    return A, ca.if_else(regular, b[0] - held(b[1], b[2]), b[0])

@@ -64,6 +64,7 @@ from painleve_sym.problem.constraints import Ball, Constraint, pieces
 from painleve_sym.problem.law import ScaledLaw
 from painleve_sym.problem.modes import CONTACT_LIMIT, rounded_difference, sign_of
 from painleve_sym.problem.products import PieceProduct
+from painleve_sym.problem.risk import held
 from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, planar_solution
 
 _STATED = "ContactProblem cannot be stated, "
@@ -540,13 +541,16 @@ class ContactProblem(Compared):
 
     @property
     def A_stick(self) -> float:
-        """Return A' = W_nn - W_nt²/W_tt of ``a_n = A' F_n + B'`` while sticking, in 1/kg."""
-        return self.W_nn - self.W_nt**2 / self.W_tt
+        """Return A' = W_nn - W_nt²/W_tt of ``a_n = A' F_n + B'`` while sticking, in 1/kg.
+
+        W_nn where no motion slides the contact, W_tt = 0.
+        """
+        return float(held(self._only("A_stick").W, self.b, 1)[0].item())
 
     @property
     def B_stick(self) -> float:
-        """Return B' = b_n - W_nt b_t/W_tt, in m/s²."""
-        return self.b_n - self.W_nt * self.b_t / self.W_tt
+        """Return B' = b_n - W_nt b_t/W_tt, in m/s²; b_n where W_tt = 0."""
+        return float(held(self._only("B_stick").W, self.b, 1)[1].item())
 
     def _only(self, name: str) -> ContactProblem:
         """Return this problem, or raise InputError where it has several contacts."""

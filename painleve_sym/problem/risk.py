@@ -14,6 +14,9 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 
+RANK_ONE = 1e-10
+"""Of the largest mobility of a block: in a direction with less, by the rounding of W, none."""
+
 
 def friction_threshold(W: Array) -> Array:
     """Return μ_P = W_nn/|w|, infinite where w = 0.
@@ -118,6 +121,6 @@ def holding(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
         Per force of the first rows, and against the free accelerations; N.
     """
     whole, free = np.moveaxis(W, (0, 1), (-2, -1)), np.moveaxis(b, 0, -1)[..., None]
-    inverse = np.linalg.pinv(whole[..., rows:, rows:], rcond=1e-10, hermitian=True)
+    inverse = np.linalg.pinv(whole[..., rows:, rows:], rcond=RANK_ONE, hermitian=True)
     gain, force = inverse @ whole[..., rows:, :rows], (inverse @ free[..., rows:, :])[..., 0]
     return np.moveaxis(gain, (-2, -1), (0, 1)), np.moveaxis(force, -1, 0)

@@ -15,6 +15,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.cache import code_mark
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
+from painleve_sym.contacts.sticking import sticking_formulas
 from painleve_sym.laws.catalogue import parameter_names
 from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
@@ -279,10 +280,8 @@ class RobotDynamics:
         W, v = f.J @ f.D, f.J @ f.velocity
         held = []
         for i in range(n):
-            normal, tangents = rows.normal(i), list(rows.tangents(i))
-            gain = ca.solve(W[tangents, tangents], ca.horzcat(W[tangents, normal], f.b[tangents]))
-            own = ca.horzcat(W[normal, normal], f.b[normal])
-            held.append(own - W[normal, tangents] @ gain)
+            own = [rows.normal(i), *rows.tangents(i)]
+            held.append(sticking_formulas(W[own, own], f.b[own]))
         slips = [v[row] for i in range(n) for row in rows.tangents(i)]
         entries = [ca.SX(n, 1), *(v[rows.normal(i)] for i in range(n)), *slips]
         entries += [h[k] for k in range(2) for h in held]
