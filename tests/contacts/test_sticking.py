@@ -1,4 +1,4 @@
-"""A′ and B′ of a sticking contact: every place that has them gives the same, at every rank of W_tt."""
+"""A′ and B′ of a sticking contact: the same in every place that has them, at every rank of W_tt."""
 
 from __future__ import annotations
 

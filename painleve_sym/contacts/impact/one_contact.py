@@ -16,9 +16,10 @@ from painleve_sym.contacts.impact.energy_gain import least_energy_notice
 from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
 from painleve_sym.contacts.impact.spatial import InvariantDirection, course_in_space, invariant_ones
 from painleve_sym.contacts.impact.within_plane import (
+    axes_of_motion,
     in_plane,
     moving_tangent,
-    phase_in_space,
+    phase_along,
     plane_faults,
 )
 from painleve_sym.equality import Compared
@@ -168,11 +169,12 @@ def solve_impact(
         symmetric, positive definite or of rank one; 1/kg. In space in the order (n, t1, t2), with
         t1 and t2 of unit length and at right angles; symmetric and positive definite, of rank two
         where v_n and v_t are tied, or of rank two or one where it moves nothing along one tangent:
-        an impact in the plane of the others.
+        an impact in the plane of the others, unless a driven surface slips across it.
     mu : float
         Friction coefficient, ≥ 0.
     velocity : sequence of 2 or 3 float
-        (v_n, v_t) or (v_n, v_1, v_2) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
+        (v_n, v_t) or (v_n, v_1, v_2) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s. Slip
+        along a tangent in which W moves nothing is that of a driven surface, and stays.
     restitution : {"energetic", "poisson", "newton"}
         Agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
         nothing back without collision, and can add energy (see `Impact.notice`); the others never
@@ -191,8 +193,7 @@ def solve_impact(
     ------
     InputError
         All faults at once: entries that are not finite, v_n > 0, mu < 0, e outside [0, 1], W not
-        symmetric positive semidefinite, a velocity along a tangent in which W moves nothing, an
-        unknown law; or results beyond the floating range.
+        symmetric positive semidefinite, an unknown law; or results beyond the floating range.
 
     References
     ----------
@@ -234,13 +235,19 @@ def _course(
 ) -> tuple[ImpactClass, bool, tuple[ImpactPhase, ...]]:
     """Return the class of an impact, whether it has an end, and its phases."""
     if len(W) == 3:
-        tangent = moving_tangent(W)
-        if tangent is None:
+        axes = axes_of_motion(W, velocity)
+        if axes is None:
             return course_in_space(W, mu, velocity, law, e)
-        v_n, v_1, v_2 = velocity
-        v_t = tangent[0] * v_1 + tangent[1] * v_2
-        case, ended, phases = _course(in_plane(W, tangent), mu, (v_n, v_t), law, e)
-        return case, ended, tuple(phase_in_space(phase, tangent) for phase in phases)
+        tangent, across = axes
+        plane, v_t = in_plane(W, tangent), tangent[0] * velocity[1] + tangent[1] * velocity[2]
+        if across:
+            (nn, nt), (_, tt) = plane
+            rows = (nn, nt, 0.0), (nt, tt, 0.0), (0.0, 0.0, 0.0)
+            course = course_in_space(rows, mu, (velocity[0], v_t, across), law, e)
+        else:
+            course = _course(plane, mu, (velocity[0], v_t), law, e)
+        case, ended, phases = course
+        return case, ended, tuple(phase_along(phase, tangent) for phase in phases)
     (W_nn, W_nt), (_, W_tt) = W
     path = ImpactPath((W_nn, W_nt, W_tt), mu, velocity[0], velocity[1], law)
     begins = path.begins
@@ -339,7 +346,7 @@ def _checked(
         elif tangent is None:
             faults = spatial_mobility_faults(rows)
         else:
-            faults = plane_faults(rows, v, tangent)
+            faults = plane_faults(rows, tangent)
     if mu < 0:
         faults.append(f"mu: got {mu!r}, need mu >= 0.")
     if v[0] > 0:

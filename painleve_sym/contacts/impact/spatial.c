@@ -33,7 +33,7 @@ typedef struct {
   int law, restitution, phases;
   double left; /* of P or of the work that restitution has to give */
   double size; /* of the terms of h and k */
-  int singular; /* W is of rank two: v_n = offset + a1 v_1 + a2 v_2 all along */
+  int singular; /* v_n and v_t are tied: v_n = offset + a1 v_1 + a2 v_2 all along */
   double a1, a2, offset;
   state at;
   double *rows;
@@ -78,6 +78,11 @@ static double h_of(const impact *p, double c, double s) {
   double f2 = p->w2 - p->mu * (p->W12 * c + p->W22 * s);
   double h = c * f2 - s * f1;
   return fabs(h) > ROUND_OFF * p->size ? h : 0.0; /* below that by the rounding of c and s alone */
+}
+/* k where h = 0: 0 where the slip of a driven surface turns until its part along t1 stays. */
+static double steady_k(const impact *p, double c, double s) {
+  double k = k_of(p, c, s);
+  return p->W22 == 0.0 && k <= COINCIDENT * p->size ? 0.0 : k;
 }
 /* dh/dphi where h = 0. */
 static double slope_of(const impact *p, double c, double s) {
@@ -396,7 +401,7 @@ static int curve(impact *p) {
   double start = a->v;
   for (int i = 0; i < PIECES; i++) {
     double h = h_of(p, a->c, a->s);
-    if (h == 0.0) return ray(p, SLIP, -p->mu * a->c, -p->mu * a->s, A_of(p, a->c, a->s), k_of(p, a->c, a->s));
+    if (h == 0.0) return ray(p, SLIP, -p->mu * a->c, -p->mu * a->s, A_of(p, a->c, a->s), steady_k(p, a->c, a->s));
     if (!i) {
       known = limit_ahead(p, h, &l);
       rate = sign_of(A_of(p, a->c, a->s)), turn = sign_of(w_across(p, a->c, a->s));
@@ -470,7 +475,7 @@ static int at_rest(impact *p, int after_stop) {
 static int begins(const impact *p) {
   const state *a = &p->at;
   if (a->n < 0.0) return 1;
-  if (a->v == 0.0) return 0;
+  if (a->v == 0.0 || p->Wnn == 0.0) return 0;
   double A = A_of(p, a->c, a->s), h = h_of(p, a->c, a->s), grows = -w_across(p, a->c, a->s) * h;
   if (A != 0.0) return A < 0.0;
   return grows < 0.0 || (grows == 0.0 && h == 0.0 && k_of(p, a->c, a->s) < 0.0);
@@ -483,11 +488,12 @@ static void follow(const double *g, double *rows) {
   p.at.n = g[7], p.at.v = v, p.at.c = v > 0.0 ? g[8] / v : 0.0, p.at.s = v > 0.0 ? g[9] / v : 0.0;
   p.target = -p.e * p.at.n;
   p.size = hypot(p.w1, p.w2) + p.mu * (p.W11 + p.W22);
-  double det = p.W11 * p.W22 - p.W12 * p.W12;
+  double det = p.W11 * p.W22 - p.W12 * p.W12, size = p.W11 * p.W22;
   p.a1 = (p.W22 * p.w1 - p.W12 * p.w2) / det;
   p.a2 = (p.W11 * p.w2 - p.W12 * p.w1) / det;
+  if (p.W22 == 0.0) p.a1 = p.w1 / p.W11, p.a2 = 0.0, det = size = p.W11; /* nothing moves along t2 */
   double least = p.Wnn - p.w1 * p.a1 - p.w2 * p.a2;
-  p.singular = least * det <= COINCIDENT * p.Wnn * p.W11 * p.W22;
+  p.singular = least * det <= COINCIDENT * p.Wnn * size;
   p.offset = p.at.n - p.a1 * g[8] - p.a2 * g[9];
   if (fabs(p.offset) <= TIED * (fabs(p.at.n) + fabs(p.a1 * g[8]) + fabs(p.a2 * g[9]))) p.offset = 0.0;
   rows[0] = NO_IMPACT, rows[1] = 0.0;

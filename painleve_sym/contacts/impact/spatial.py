@@ -30,7 +30,8 @@ is then compressed again, and what that takes adds to what restitution has to gi
 
 Where W is of rank two with a regular W_tt, W_nn = w·a with a = W_tt⁻¹ w, and c = v_n − a·v_t never
 changes. Then v_n is taken from v_t, which keeps its digits where both vanish together (c = 0), and
-sticking has the rate 0.
+sticking has the rate 0. Where no impulse moves the contact along t2, the slip of a driven surface
+along it stays, and W_nn = w₁²/W₁₁ ties v_n and v_1.
 
 ``spatial.c`` has the same steps; `follow_in_space` asks it where there is a C compiler.
 
@@ -104,7 +105,9 @@ def course_in_space(
         )
     units = [speed - mass] * 3 + [speed] * 3 + [2 * speed - mass] * 2
     phases, rays = [], [int(kind) // 2 for kind in rows[:, 0]]
-    case = ImpactClass.C_STICKING if rays[:1] == [STICK] else ImpactClass.SLIDING
+    # Without slip only a contact that sticks jams before its first phase ends.
+    sticks = rays[:1] == [STICK] or not (rays or any(velocity[1:]))
+    case = ImpactClass.C_STICKING if sticks else ImpactClass.SLIDING
     for i, (ray, (kind, *row)) in enumerate(zip(rays, rows.tolist(), strict=True)):
         part = int(kind) % 2
         # Adding 0.0 turns -0.0 into 0.0.
@@ -216,11 +219,14 @@ class SpatialPath:
         self.state = np.zeros(9)
         self.state[:4] = (v_1 / v if v else 0.0, v_2 / v if v else 0.0, v, v_n)
         self.restitution, self.left, self.phases = 0, 0.0, list[list[float]]()
-        det = W11 * W22 - W12 * W12
-        a1, a2 = (W22 * w1 - W12 * w2) / det, (W11 * w2 - W12 * w1) / det
+        det, size = W11 * W22 - W12 * W12, W11 * W22
+        if W22 == 0.0:  # nothing moves along t2
+            a1, a2, det, size = w1 / W11, 0.0, W11, W11
+        else:
+            a1, a2 = (W22 * w1 - W12 * w2) / det, (W11 * w2 - W12 * w1) / det
         self.tie, least = (a1, a2), Wnn - w1 * a1 - w2 * a2
-        # With W of rank two, v_n = offset + a·v_t all along.
-        self.singular = least * det <= COINCIDENT * Wnn * W11 * W22
+        # Then v_n = offset + a·v_t all along.
+        self.singular = least * det <= COINCIDENT * Wnn * size
         self.offset = v_n - a1 * v_1 - a2 * v_2
         if abs(self.offset) <= _TIED * (abs(v_n) + abs(a1 * v_1) + abs(a2 * v_2)):
             self.offset = 0.0
@@ -265,7 +271,7 @@ class SpatialPath:
 
     def _begins(self) -> bool:
         c, s, v, n = self.state[:4]
-        if n < 0.0 or v == 0.0:
+        if n < 0.0 or v == 0.0 or self.Wnn == 0.0:
             return bool(n < 0.0)
         (A, k, h), (_, across) = self._rates(c, s), self._along_across(c, s)
         return A < 0.0 or (A == 0.0 and (-across * h < 0.0 or (h == 0.0 and k < 0.0)))
@@ -460,6 +466,8 @@ class SpatialPath:
             c, s = self.state[:2]
             A, k, h = self._rates(c, s)
             if h == 0.0:
+                # The slip of a driven surface turns until its part along t1 stays.
+                k = 0.0 if self.Wtt[2] == 0.0 and k <= COINCIDENT * self.size else k
                 return self._ray(SLIP, (-self.mu * c, -self.mu * s), A, k)
             if i == 0:
                 limit, (along, across) = self._limit_ahead(h), self._along_across(c, s)

@@ -58,34 +58,44 @@ def is_regular(W: tuple[tuple[float, float], tuple[float, float]]) -> bool:
     return nn * tt - nt * nt > INDEFINITE * nn * tt
 
 
-def plane_faults(
-    W: Sequence[Sequence[float]], velocity: Sequence[float], tangent: Tangent
-) -> list[str]:
-    """Return sentences where W or the velocity is not one of motion in this plane."""
+def axes_of_motion(
+    W: Sequence[Sequence[float]], velocity: Sequence[float]
+) -> tuple[Tangent, float] | None:
+    """Return the tangent along which a contact moves, and the slip across it, m/s.
+
+    None where it moves along both. Across it only a surface that is driven slips, at a speed that
+    no impulse changes. Where none moves the contact along any, the tangent is that of the slip.
+    """
+    tangent = moving_tangent(W)
+    if tangent is None:
+        return None
+    _, v_1, v_2 = velocity
+    speed = math.hypot(v_1, v_2)
+    if W[1][1] == W[2][2] == 0.0 and speed:
+        return (v_1 / speed, v_2 / speed), 0.0
+    across = tangent[0] * v_2 - tangent[1] * v_1
+    return tangent, across if abs(across) > SYMMETRY * math.hypot(*velocity) else 0.0
+
+
+def plane_faults(W: Sequence[Sequence[float]], tangent: Tangent) -> list[str]:
+    """Return sentences where W is not one of motion in this plane."""
     (nn, nt), (tn, tt) = in_plane(W, tangent)
-    faults = mobility_faults(nn, nt, tn, tt)
-    (c, s), (_, v_1, v_2) = tangent, velocity
-    across = c * v_2 - s * v_1
-    if abs(across) > SYMMETRY * math.hypot(*velocity):
-        faults.append(
-            f"velocity: got {across:g} m/s along ({-s:g}, {c:g}), a tangent in which W moves "
-            "nothing, need 0 there. Fix: give a velocity that the contact can have."
-        )
-    return faults
+    return mobility_faults(nn, nt, tn, tt)
 
 
-def phase_in_space(phase: ImpactPhase, tangent: Tangent) -> ImpactPhase:
-    """Return a phase of the plane of the normal and a tangent as one in space."""
-    (_, P_t), (v_n, v_t), (direction,) = phase.impulse, phase.velocity, phase.direction
+def phase_along(phase: ImpactPhase, tangent: Tangent) -> ImpactPhase:
+    """Return a phase with the rows n, t, and in space t2 at right angles, in the axes of space."""
+    c, s = tangent
 
-    def along(value: float) -> tuple[float, float]:
+    def turned(along: float, across: float = 0.0) -> tuple[float, float]:
         # Adding 0.0 turns -0.0 into 0.0.
-        return value * tangent[0] + 0.0, value * tangent[1] + 0.0
+        return c * along - s * across + 0.0, s * along + c * across + 0.0
 
+    v_n, *v_t = phase.velocity
     return replace(
         phase,
         mode=ContactMode.STICK if phase.mode is ContactMode.STICK else ContactMode.SLIP,
-        tangential_impulse=along(P_t),
-        velocity=(v_n, *along(v_t)),
-        direction=along(direction),
+        tangential_impulse=turned(*phase.impulse[1:]),
+        velocity=(v_n, *turned(*v_t)),
+        direction=turned(*phase.direction),
     )
