@@ -23,7 +23,6 @@ from painleve_sym.cli.output import (
     velocity_table,
 )
 from painleve_sym.contacts.impact.jump import JumpResult
-from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.contacts.inputs import border_notices
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
@@ -149,7 +148,7 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
         head = (*head[:2], "P_1 [N s]", "P_2 [N s]", head[-1], "slip [rad]")
     rows = []
     for p in impact.phases:
-        P_t = map(number, in_each_direction(p.tangential_impulse))
+        P_t = map(number, p.tangential_impulse)
         way = "" if p.direction is None else number(p.direction)
         cells = (p.name, number(p.normal_impulse), *P_t, number(p.stored_energy), way)
         rows.append(cells[: len(head)])
@@ -176,7 +175,7 @@ def _show_tangential_impact(impact: TangentialImpact, units: dict[str, str]) -> 
     """Print the impulse that stops the slip and the velocities around it."""
     show("tangential impact: the slip stops at once, the normal velocity stays 0")
     show()
-    impulses = (number(impact.normal_impulse), number(impact.tangential_impulse))
+    impulses = (number(impact.normal_impulse), *map(number, impact.tangential_impulse))
     show_table(("P_n [N s]", "P_t [N s]"), [impulses], left=())
     show()
     courses = [("before", impact.velocity_before), ("after", impact.velocity)]

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from painleve_sym.contacts.classify import Classification
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.impact.jump import JumpResult
-from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -135,8 +134,7 @@ def _jump(jump: JumpResult) -> list[str]:
     head = ("phase", "P_n (N s)", *impulses, "energy gained (J)", *slips, "v_n (m/s)")
     rows = []
     for p in jump.phases:
-        impulse, slip = map(in_each_direction, (p.tangential_impulse, p.slip_velocity))
-        values = (p.normal_impulse, *impulse, p.stored_energy, *slip, p.normal_velocity)
+        values = (*p.impulse, p.stored_energy, *p.slip_velocity, p.normal_velocity)
         rows.append((p.name, *(f"{v:.6g}" for v in values)))
     velocities = [
         (name, f"{before:.6g}", f"{jump.velocity[name]:.6g}")

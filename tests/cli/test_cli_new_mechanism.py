@@ -151,9 +151,8 @@ def test_jump_agrees_with_the_impulses_by_hand(capsys, file):
     W, _, rows, mass = _by_hand()
     before = rows @ np.array([0.0, -3.0]) - np.array([0.0, P["u"]])
     assert before[0] < 0
-    impulse = np.array(
-        [sum(p[k] for p in data["phases"]) for k in ("normal_impulse", "tangential_impulse")]
-    )
+    parts = [[p["normal_impulse"], *p["tangential_impulse"]] for p in data["phases"]]
+    impulse = np.sum(parts, axis=0)
     after = before + W @ impulse
     assert after[0] == pytest.approx(0, abs=1e-12)
     assert abs(impulse[1]) <= P["mu"] * impulse[0] * (1 + 1e-12)

@@ -165,7 +165,7 @@ def test_columns_of_a_jump_are_those_of_the_json(capsys):
     for row, phase in zip(rows, data["phases"], strict=True):
         assert row["phase"] == phase["name"]
         assert near(row["P_n [N s]"], phase["normal_impulse"])
-        assert near(row["P_t [N s]"], phase["tangential_impulse"])
+        assert near(row["P_t [N s]"], *phase["tangential_impulse"])
         assert near(row["stored [J]"], phase["stored_energy"])
 
 

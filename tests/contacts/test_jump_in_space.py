@@ -27,7 +27,7 @@ def test_rod_in_its_plane_is_the_planar_rod(law, fall):
     for one, other in zip(plane.phases, space.phases, strict=True):
         assert one.name == other.name and other.in_space and not one.in_space
         assert other.normal_impulse == pytest.approx(one.normal_impulse, rel=1e-12)
-        assert other.tangential_impulse == pytest.approx((one.tangential_impulse, 0.0), abs=1e-14)
+        assert other.tangential_impulse == pytest.approx((*one.tangential_impulse, 0.0), abs=1e-14)
         assert other.stored_energy == pytest.approx(one.stored_energy, rel=1e-10, abs=1e-15)
         own = {"x_A_dot": "x_A_dot", "z_A_dot": "y_A_dot", "theta_dot": "theta_dot"}
         for name, planar in own.items():

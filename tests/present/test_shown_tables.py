@@ -74,9 +74,9 @@ def test_a_notebook_shows_the_phases_of_a_jump():
     for row, phase in zip(phases, jump.phases, strict=True):
         shown = {
             "P_n (N s)": phase.normal_impulse,
-            "P_t (N s)": phase.tangential_impulse,
+            "P_t (N s)": phase.tangential_impulse[0],
             "energy gained (J)": phase.stored_energy,
-            "v_t (m/s)": phase.slip_velocity,
+            "v_t (m/s)": phase.slip_velocity[0],
             "v_n (m/s)": phase.normal_velocity,
         }
         assert row["phase"] == phase.name

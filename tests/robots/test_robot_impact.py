@@ -25,10 +25,7 @@ def standing(*feet, **options):
 
 
 def phases(jump):
-    return [
-        [p.normal_impulse, *np.atleast_1d(p.tangential_impulse), p.stored_energy]
-        for p in jump.phases
-    ]
+    return [[*p.impulse, p.stored_energy] for p in jump.phases]
 
 
 def vars_of(answer):
@@ -148,7 +145,7 @@ def test_impact_balances_momentum_and_energy(bends, turn, motion, mu, e, law, ot
     _, moves = foot.mechanism.numbers.whole_at(place.values)
     both = foot._delassus.whole_at({**foot.values, **jump.velocity})[1]
     M = mass_matrix(foot)
-    P = np.sum([[p.normal_impulse, *p.tangential_impulse] for p in jump.phases], axis=0)
+    P = np.sum([p.impulse for p in jump.phases], axis=0)
     size = float(np.abs(P).max())
     gained = M @ (after - before)
     if others == "free":

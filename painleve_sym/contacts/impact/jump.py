@@ -13,7 +13,6 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.inputs import (
     ROUND_OFF,
     border_notices,
@@ -48,14 +47,14 @@ class JumpPhase(Compared):
         in the paper's three-phase jump.
     normal_impulse : float
         N s.
-    tangential_impulse : float or tuple of float
-        Along the slip velocity, in space along t1 and t2; N s.
+    tangential_impulse : tuple of float
+        Along t, in space along t1 and t2; N s.
     stored_energy : float
         Energy the compression gains, negative in restitution; J.
     velocity : mapping of str to float
         Velocities of the mechanism at the end of the phase, by state name (``theta_dot``).
-    slip_velocity : float or tuple of float
-        Of the contact at the end of the phase, in space along t1 and t2; m/s.
+    slip_velocity : tuple of float
+        Of the contact at the end of the phase, along t, in space along t1 and t2; m/s.
     normal_velocity : float
         Of the contact at the end of the phase; m/s.
     direction : float or None
@@ -75,23 +74,28 @@ class JumpPhase(Compared):
 
     name: str
     normal_impulse: float
-    tangential_impulse: float | tuple[float, float]
+    tangential_impulse: tuple[float, ...]
     stored_energy: float
     velocity: Mapping[str, float]
-    slip_velocity: float | tuple[float, float]
+    slip_velocity: tuple[float, ...]
     normal_velocity: float
     direction: float | None = None
 
     def __repr__(self) -> str:
         """Return name and impulses in one line."""
-        P_t = ", ".join(f"{P:.6g}" for P in in_each_direction(self.tangential_impulse))
+        P_t = ", ".join(f"{P:.6g}" for P in self.tangential_impulse)
         P_t = f"({P_t})" if self.in_space else P_t
         return f"JumpPhase {self.name!r}: P_n = {self.normal_impulse:.6g} N s, P_t = {P_t} N s"
 
     @property
     def in_space(self) -> bool:
         """Whether the contact has two tangents."""
-        return isinstance(self.tangential_impulse, tuple)
+        return len(self.tangential_impulse) > 1
+
+    @property
+    def impulse(self) -> tuple[float, ...]:
+        """P_n and P_t of this phase, rows in the order of W; N s."""
+        return (self.normal_impulse, *self.tangential_impulse)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys; `direction` only in space."""
@@ -358,11 +362,9 @@ def _of_impact(
         stored = -phase.normal_work + 0.0
         v_n, *v_t = phase.velocity
         given = phase.name, phase.normal_impulse, phase.tangential_impulse, stored, named
-        if len(v_t) == 1:
-            phases.append(JumpPhase(*given, v_t[0], v_n))
-            continue
-        angle = slip_angle(phase.direction) if any(phase.direction) else None
-        phases.append(JumpPhase(*given, (v_t[0], v_t[1]), v_n, angle))
+        turns = len(v_t) > 1 and any(phase.direction)
+        angle = slip_angle(phase.direction) if turns else None
+        phases.append(JumpPhase(*given, tuple(v_t), v_n, angle))
     return tuple(phases)
 
 
@@ -389,5 +391,5 @@ def _of_law(
         P_n, P_t, stored, slip, normal = evaluated((*impulses, *ends))
         names = map(str, phase.velocity)
         after = dict(zip(names, evaluated(tuple(phase.velocity.values())), strict=True))
-        phases.append(JumpPhase(phase.name, P_n, P_t, stored, after, slip, normal))
+        phases.append(JumpPhase(phase.name, P_n, (P_t,), stored, after, (slip,), normal))
     return tuple(phases), evaluated((jump.energy_change,))[0]

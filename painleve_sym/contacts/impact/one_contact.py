@@ -111,10 +111,9 @@ class Impact(Compared):
         return math.fsum(phase.normal_impulse for phase in self.phases)
 
     @property
-    def tangential_impulse(self) -> float | tuple[float, float]:
-        """P_t of the impact, in space (P_1, P_2); N s. |P_t| ≤ μ P_n."""
-        _, *P_t = self.impulse
-        return P_t[0] if len(P_t) == 1 else (P_t[0], P_t[1])
+    def tangential_impulse(self) -> tuple[float, ...]:
+        """(P_t,) of the impact, in space (P_1, P_2); N s. |P_t| ≤ μ P_n."""
+        return self.impulse[1:]
 
     @property
     def impulse(self) -> tuple[float, ...]:

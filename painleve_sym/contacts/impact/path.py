@@ -42,8 +42,8 @@ class ImpactPhase(Compared):
         ``SLIP_POS``, ``SLIP_NEG``, in space ``SLIP``, or ``STICK``.
     normal_impulse : float
         P_n ≥ 0 of this phase; N s.
-    tangential_impulse : float or tuple of float
-        P_t of this phase, in space (P_1, P_2); N s.
+    tangential_impulse : tuple of float
+        (P_t,) of this phase, in space (P_1, P_2); N s.
     velocity : tuple of float
         (v_n, v_t) at its end, in space (v_n, v_1, v_2); m/s.
     normal_work, tangential_work : float
@@ -56,7 +56,7 @@ class ImpactPhase(Compared):
     name: str
     mode: ContactMode
     normal_impulse: float
-    tangential_impulse: float | tuple[float, float]
+    tangential_impulse: tuple[float, ...]
     velocity: tuple[float, ...]
     normal_work: float
     tangential_work: float
@@ -65,7 +65,7 @@ class ImpactPhase(Compared):
     @property
     def impulse(self) -> tuple[float, ...]:
         """P_n and P_t of this phase, rows in the order of W; N s."""
-        return (self.normal_impulse, *in_each_direction(self.tangential_impulse))
+        return (self.normal_impulse, *self.tangential_impulse)
 
 
 class ImpactPath:
@@ -173,7 +173,7 @@ class ImpactPath:
                 name,
                 self.ray.mode,
                 math.ldexp(P, impulse) + 0.0,
-                math.ldexp(P_t, impulse) + 0.0,
+                (math.ldexp(P_t, impulse) + 0.0,),
                 (math.ldexp(v_n, speed) + 0.0, math.ldexp(v_t, speed) + 0.0),
                 math.ldexp(work_n, energy) + 0.0,
                 math.ldexp(work_t, energy) + 0.0,
@@ -221,8 +221,3 @@ def rounded_sum(*terms: float) -> float:
         value += term
         size += abs(term)
     return value if abs(value) > ROUND_OFF * size else 0.0
-
-
-def in_each_direction(value: float | tuple[float, float]) -> tuple[float, ...]:
-    """Return a tangential impulse or a slip velocity by tangents: one number or two."""
-    return value if isinstance(value, tuple) else (value,)

@@ -34,8 +34,10 @@ class TangentialImpact(Compared):
     mechanism : str
     slip : int
         s before.
-    normal_impulse, tangential_impulse : float
-        N s; |P_t| ≤ μ |P_n|.
+    normal_impulse : float
+        P_n of either sign; N s.
+    tangential_impulse : tuple of float
+        (P_t,), |P_t| ≤ μ |P_n|; N s.
     velocity_before, velocity : dict of str to float
         Velocities of the mechanism, by state name.
     energy_change : float
@@ -55,7 +57,7 @@ class TangentialImpact(Compared):
     mechanism: str
     slip: int
     normal_impulse: float
-    tangential_impulse: float
+    tangential_impulse: tuple[float, ...]
     velocity_before: dict[str, float]
     velocity: dict[str, float]
     energy_change: float
@@ -133,7 +135,7 @@ def tangential_impact_at(place: Place) -> TangentialImpact:
         mechanism=mechanism.name,
         slip=slip,
         normal_impulse=P_n,
-        tangential_impulse=P_t,
+        tangential_impulse=(P_t,),
         velocity_before={n: place.state[n] for n in names},
         velocity=dict(zip(names, velocity, strict=True)),
         energy_change=-loss,

@@ -17,7 +17,6 @@ from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.jump import JumpResult, contact_velocity_at
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.path import in_each_direction
 from painleve_sym.contacts.inputs import ROUND_OFF, refuse_infinite, refuse_place
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.laws.catalogue import compliant_law
@@ -120,7 +119,7 @@ class SpatialCase(Case):
         return answers
 
     def _of_jump(self, way: str, jump: JumpResult) -> Answer:
-        parts = [(p.normal_impulse, *in_each_direction(p.tangential_impulse)) for p in jump.phases]
+        parts = [p.impulse for p in jump.phases]
         jams = jump.end is ImpactEnd.JAM
         reason = StopReason.JAM if jams else StopReason.UNTIL
         impulse = np.array(parts).sum(axis=0) if parts else np.zeros(3)
