@@ -115,6 +115,7 @@ if TYPE_CHECKING:
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
     from painleve_sym.problem.contact_problem import ContactProblem as ContactProblem
+    from painleve_sym.problem.friction_set import Brake as Brake
     from painleve_sym.problem.friction_set import Disc as Disc
     from painleve_sym.problem.friction_set import Interval as Interval
     from painleve_sym.problem.modes import ContactMode as ContactMode
@@ -123,8 +124,6 @@ if TYPE_CHECKING:
     from painleve_sym.problem.one_contact import contact as contact
     from painleve_sym.problem.solution import ContactCase as ContactCase
     from painleve_sym.problem.solution import ContactSolution as ContactSolution
-    from painleve_sym.problem.spatial_problem import SpatialProblem as SpatialProblem
-    from painleve_sym.problem.spatial_problem import SpatialSolution as SpatialSolution
     from painleve_sym.progress import show_progress as show_progress
     from painleve_sym.references import Reference as Reference
     from painleve_sym.references import citation as citation
@@ -164,7 +163,7 @@ _NAMES = {
     "contacts.chatter": ("Chatter",),
     "contacts.classify": ("Classification", "NormalCoefficients", "classify"),
     "contacts.classify_in_space": ("SpatialClassification",),
-    "problem.friction_set": ("Disc", "Interval"),
+    "problem.friction_set": ("Brake", "Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
     "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
     "contacts.impact.path": ("ImpactPhase",),
@@ -174,7 +173,6 @@ _NAMES = {
     "problem.one_contact": ("ContactAnswer", "Sector", "contact"),
     "problem.contact_problem": ("ContactProblem",),
     "problem.solution": ("ContactCase", "ContactSolution"),
-    "problem.spatial_problem": ("SpatialProblem", "SpatialSolution"),
     "errors": (
         "EventKind",
         "InputError",

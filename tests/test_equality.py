@@ -67,8 +67,6 @@ MADE = {
     "SensitiveTrajectory": lambda mu=1.5: ps.Simulator(rod(mu), "hertz").sensitivities(
         STATE, wrt="mu", t_end=1e-3
     ),
-    "SpatialProblem": lambda mu=0.5: in_space(mu).problem,
-    "SpatialSolution": lambda mu=0.5: in_space(mu).solutions[0],
     "Trajectory": motion,
 }
 BY_IDENTITY = {

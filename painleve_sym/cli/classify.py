@@ -20,7 +20,12 @@ from painleve_sym.contacts.classify import Classification, solution_name
 from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.problem.risk import slip_angle
 from painleve_sym.problem.solution import ContactCase, ContactSolution
-from painleve_sym.problem.spatial_problem import SpatialSolution
+
+BORDERS = {
+    "grazing": "a contact neither presses nor leaves",
+    "edge": "friction is at its limit without slip",
+    "infinity": "forces of any size are next to a solution",
+}
 
 
 def classify(arguments: argparse.Namespace) -> int:
@@ -45,7 +50,7 @@ def show_classification(classification: Classification | SpatialClassification) 
     if classification.single:
         _show_coefficients(classification)
     else:
-        _show_closed(classification, [(v,) for v in classification.problem.slip_velocity])
+        _show_closed(classification, classification.problem.slips)
         show(f"for all loads: {classification.promise.meaning}")
     show()
     _show_case(classification)
@@ -58,6 +63,8 @@ def show_classification(classification: Classification | SpatialClassification) 
 def _show_case(classification: Classification | SpatialClassification) -> None:
     case = classification.case
     show(f"case: {case.value} ({case.sentence})")
+    for border in classification.problem.borders:
+        show(f"On a border within 1e-8: {BORDERS[border]}; a neighbouring state has another case.")
     if case is ContactCase.INCONSISTENT and classification.single:
         show("Only an impulse can answer: see the command jump.")
 
@@ -86,16 +93,14 @@ def _show_in_space(classification: SpatialClassification) -> None:
             f"{number(sector.direction)} rad"
         )
     else:
-        _show_closed(classification, problem.slip)
+        _show_closed(classification, problem.slips)
     show()
     _show_case(classification)
-    force = max((abs(f) for s in solutions for F in s.forces for f in F.tolist()), default=0.0)
-    rate = max(
-        (abs(v) for s in solutions for a in s.accelerations for v in a.tolist()), default=0.0
-    )
+    force = max((abs(f) for s in solutions for f in s.forces.tolist()), default=0.0)
+    rate = max((abs(v) for s in solutions for v in s.accelerations.tolist()), default=0.0)
 
-    def cells(s: SpatialSolution) -> Iterator[tuple[str, ...]]:
-        parts = zip(s.modes, s.directions, s.forces, s.accelerations, strict=True)
+    def cells(s: ContactSolution) -> Iterator[tuple[str, ...]]:
+        parts = zip(s.modes, s.directions, s.contact_forces, s.contact_accelerations, strict=True)
         for mode, angle, F, a in parts:
             way = "" if angle is None else number(angle)
             values = [number(f, size=force) for f in F.tolist()]
@@ -125,8 +130,12 @@ def _show_each_contact(
     if classification.single:  # its solutions have names
         rows, names = [row[2:] for row in rows], names[:1]
     show_table((*names, *head), rows, left=tuple(range(len(names))))
-    if any(s.isolated is False for s in classification.solutions):
-        show("Forces that belong to a continuum of solutions: one of them is shown.")
+    if any(s.moves for s in classification.solutions):
+        show("Motions that belong to a continuum of motions: one of them is shown.")
+    widest = max(s.open_forces for s in classification.solutions)
+    if widest:
+        open_ = "one direction" if widest == 1 else f"{widest} directions"
+        show(f"The forces are open in {open_}: the shortest ones are shown.")
 
 
 def _show_coefficients(classification: Classification) -> None:

@@ -25,7 +25,6 @@ from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.files import finite, plain_fields, to_plain
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.solution import ContactCase, ContactSolution
-from painleve_sym.problem.spatial_problem import SpatialSolution
 from painleve_sym.study.compare import comparison as study
 from painleve_sym.study.compare.case import Answer
 from painleve_sym.study.compare.comparison import Comparison
@@ -105,18 +104,12 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _step_data(solution: ContactSolution | SpatialSolution) -> dict[str, Any]:
-    if isinstance(solution, SpatialSolution):
-        normal, *tangential = solution.force.tolist()
-        slip: Any = solution.acceleration[1:].tolist()
-    else:
-        normal, tangential = solution.normal_force, solution.tangential_force
-        slip = solution.tangential_acceleration
+def _step_data(solution: ContactSolution) -> dict[str, Any]:
     return {
         "mode": solution.mode.value,
-        "normal_impulse": normal,
-        "tangential_impulse": tangential,
-        "slip_velocity": slip,
+        "normal_impulse": solution.normal_force,
+        "tangential_impulse": solution.tangential_forces.tolist(),
+        "slip_velocity": solution.tangential_accelerations.tolist(),
     }
 
 
@@ -316,17 +309,16 @@ def _show_first_steps(comparison: Comparison) -> None:
         show(f"velocities after one step of {number(first.step)} s: {listed or 'none'}")
 
 
-def _force(solution: ContactSolution | SpatialSolution) -> str:
-    normal = float(np.ravel(solution.forces)[0])
-    return f"{solution.mode.value} with F_n = {number(normal)} N"
+def _force(solution: ContactSolution) -> str:
+    return f"{solution.mode.value} with F_n = {number(solution.normal_force)} N"
 
 
-def _impulse(solution: ContactSolution | SpatialSolution) -> str:
-    normal = float(np.ravel(solution.forces)[0])
-    text = f"{solution.mode.value} with P_n = {number(normal)} N s"
-    if isinstance(solution, SpatialSolution) and solution.mode is not ContactMode.STICK:
+def _impulse(solution: ContactSolution) -> str:
+    text = f"{solution.mode.value} with P_n = {number(solution.normal_force)} N s"
+    slip = solution.tangential_accelerations
+    if len(slip) > 1 and solution.mode is not ContactMode.STICK:
         size = float(np.abs(solution.acceleration).max())
-        slips = ", ".join(number(v, size=size) for v in solution.acceleration[1:].tolist())
+        slips = ", ".join(number(v, size=size) for v in slip.tolist())
         text += f" and slip ({slips}) m/s"
     return text
 

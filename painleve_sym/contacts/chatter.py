@@ -96,7 +96,7 @@ def _cycle(problem: ContactProblem, restitution: str, e: float) -> tuple[float, 
     fall = -2 * problem.b_t / problem.b_n
     arriving = fall
     for _ in range(_BOUNCES):
-        impact = solve_impact(W, problem.friction, (-1.0, arriving), restitution, e)
+        impact = solve_impact(W, problem.mu.item(), (-1.0, arriving), restitution, e)
         v_n, v_t = impact.velocity
         if impact.end is ImpactEnd.JAM:
             return None

@@ -6,21 +6,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from painleve_sym.equality import Compared
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.notebooks import Shown
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, forces_data
-from painleve_sym.problem.spatial_problem import SpatialProblem, SpatialSolution
-
-Problem = TypeVar("Problem", ContactProblem, SpatialProblem)
-Solution = TypeVar("Solution", ContactSolution, SpatialSolution)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClassifiedState(Shown, ABC, Generic[Problem, Solution], Compared):
+class ClassifiedState(Shown, ABC, Compared):
     """The rigid contact problem of the closed contacts at one state, with its solutions.
 
     Attributes
@@ -32,9 +28,9 @@ class ClassifiedState(Shown, ABC, Generic[Problem, Solution], Compared):
         Names of the closed contacts, in the order of the arrays.
     open : tuple of str
         Names of the contacts that are apart or leaving.
-    problem : ContactProblem or SpatialProblem
+    problem : ContactProblem
         Of the closed contacts.
-    solutions : tuple of ContactSolution or SpatialSolution
+    solutions : tuple of ContactSolution
         Each with its verified residual.
     """
 
@@ -43,8 +39,8 @@ class ClassifiedState(Shown, ABC, Generic[Problem, Solution], Compared):
     parameters: dict[str, float]
     contacts: tuple[str, ...]
     open: tuple[str, ...]
-    problem: Problem
-    solutions: tuple[Solution, ...]
+    problem: ContactProblem
+    solutions: tuple[ContactSolution, ...]
 
     def __repr__(self) -> str:
         """Return mechanism, case and the modes of the solutions in one line."""
@@ -91,7 +87,7 @@ class ClassifiedState(Shown, ABC, Generic[Problem, Solution], Compared):
         """Return the numbers of one closed contact, the others open."""
 
     @abstractmethod
-    def _solution_data(self, solution: Solution, i: int) -> dict[str, Any]:
+    def _solution_data(self, solution: ContactSolution, i: int) -> dict[str, Any]:
         """Return what one contact does in a solution."""
 
     @property

@@ -33,7 +33,7 @@ from painleve_sym.units import Value
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Classification(ClassifiedState[ContactProblem, ContactSolution]):
+class Classification(ClassifiedState):
     """The rigid contact problem of the closed contacts at one state, with every solution.
 
     None and several solutions are results. It has the attributes of `ClassifiedState`, and:

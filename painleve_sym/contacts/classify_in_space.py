@@ -9,13 +9,13 @@ from typing import Any
 from painleve_sym.contacts.classified import ClassifiedState, named_at
 from painleve_sym.contacts.delassus import ContactNumbers
 from painleve_sym.mechanics.mechanism import Place
-from painleve_sym.problem.friction_set import Disc
+from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.one_contact import ContactAnswer, solution_data
-from painleve_sym.problem.spatial_problem import SpatialProblem, SpatialSolution
+from painleve_sym.problem.solution import ContactSolution
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpatialClassification(ClassifiedState[SpatialProblem, SpatialSolution]):
+class SpatialClassification(ClassifiedState):
     """The rigid contact problem of the closed contacts of a mechanism in space at one state.
 
     It has the attributes of `ClassifiedState`. `problem.guarantee` says whether the solutions are
@@ -38,9 +38,10 @@ class SpatialClassification(ClassifiedState[SpatialProblem, SpatialSolution]):
 
     def _contact_data(self, i: int) -> dict[str, Any]:
         alone = self.problem.alone(i)
-        return {"slip_velocity": list(alone.slip[0]), **ContactAnswer(alone, ()).coefficient_data()}
+        coefficients = ContactAnswer(alone, ()).coefficient_data()
+        return {"slip_velocity": list(alone.slips[0]), **coefficients}
 
-    def _solution_data(self, solution: SpatialSolution, i: int) -> dict[str, Any]:
+    def _solution_data(self, solution: ContactSolution, i: int) -> dict[str, Any]:
         return solution_data(solution, i)
 
     @property
@@ -53,8 +54,7 @@ def classified_in_space(
 ) -> SpatialClassification:
     """Return the contact problem of the closed contacts of a mechanism in space."""
     at = numbers.of_contacts(closed)
-    slips = tuple(map(tuple, at.slip_velocity.tolist()))
-    problem = SpatialProblem(at.W, at.b, tuple(map(Disc, at.mu.tolist())), slips)
+    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity)
     return SpatialClassification(
         **named_at(place, closed), problem=problem, solutions=problem.solutions()
     )

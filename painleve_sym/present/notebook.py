@@ -20,7 +20,6 @@ from painleve_sym.notebooks import Shown
 from painleve_sym.present.map_figure import map_figure
 from painleve_sym.present.style import CONTACTS, DASHES, NORMAL, styled, svg_text
 from painleve_sym.problem.solution import ContactSolution
-from painleve_sym.problem.spatial_problem import SpatialSolution
 from painleve_sym.quantities import axis_label, scaled_unit
 from painleve_sym.study.maps.region_map import RegionMap
 
@@ -97,7 +96,7 @@ def _mechanism(mechanism: Mechanism) -> list[str]:
 def _classification(classification: Classification | SpatialClassification) -> list[str]:
     """Return what the case means, and every solution with its forces and accelerations."""
     sentence = f"<p>{escape(classification.case.sentence)}</p>"
-    solutions: Sequence[ContactSolution | SpatialSolution] = classification.solutions
+    solutions = classification.solutions
     if not solutions:
         return [sentence]
     in_space = isinstance(classification, SpatialClassification)
@@ -113,18 +112,10 @@ def _classification(classification: Classification | SpatialClassification) -> l
     return [sentence, _table((*head, *(f"a_{k} (m/s²)" for k in axes)), rows)]
 
 
-def _forces_and_accelerations(solution: ContactSolution | SpatialSolution) -> list[list[float]]:
+def _forces_and_accelerations(solution: ContactSolution) -> list[list[float]]:
     """Return the forces, then the accelerations, of each contact."""
-    if isinstance(solution, SpatialSolution):
-        both = zip(solution.forces, solution.accelerations, strict=True)
-        return [[*force.tolist(), *acceleration.tolist()] for force, acceleration in both]
-    numbers = (
-        solution.normal_forces,
-        solution.tangential_forces,
-        solution.normal_accelerations,
-        solution.tangential_accelerations,
-    )
-    return [list(row) for row in zip(*(n.tolist() for n in numbers), strict=True)]
+    both = zip(solution.contact_forces, solution.contact_accelerations, strict=True)
+    return [[*force.tolist(), *acceleration.tolist()] for force, acceleration in both]
 
 
 def _jump(jump: JumpResult) -> list[str]:

@@ -64,6 +64,11 @@ class Constraint(NamedTuple):
     opens: bool = True
     sides: tuple[int, ...] = (1,)
 
+    @property
+    def is_free(self) -> bool:
+        """Whether it holds from both sides without friction: an equation with any force."""
+        return len(self.sides) > 1 and not any(ball.mu for ball in self.balls)
+
 
 class Linear(NamedTuple):
     """Coefficients of a linear form by the rows on which it depends."""
@@ -128,6 +133,10 @@ def pieces(constraint: Constraint) -> tuple[Piece, ...]:
     offered = []
     if constraint.opens:
         offered.append(Piece(0, none, signs=(Linear((n,), (1.0,)),)))
+    if constraint.is_free:
+        # Without friction both signs of F_n obey one law.
+        still = tuple(ball.slip for ball in constraint.balls)
+        return (pressed(constraint, 1, still)._replace(cone=()),)
     for side in constraint.sides:
         ways = [_ways(ball) for ball in constraint.balls]
         offered += [pressed(constraint, side, chosen) for chosen in itertools.product(*ways)]

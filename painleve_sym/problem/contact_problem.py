@@ -42,10 +42,13 @@ for bilateral ones; Blumentals, Brogliato & Bertails-Descoubes (2016) for both.
 
 from __future__ import annotations
 
+import functools
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -57,15 +60,16 @@ from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
 from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError
-from painleve_sym.problem.answers import Answer, Answers, openness
+from painleve_sym.errors import InputError, received
+from painleve_sym.problem.answers import REGULAR, Answer, Answers, openness
 from painleve_sym.problem.array_checks import finite_array, mobility_matrix_faults
 from painleve_sym.problem.constraints import Ball, Constraint, pieces
+from painleve_sym.problem.friction_set import Brake, Disc, FrictionSet, Interval
 from painleve_sym.problem.law import ScaledLaw
 from painleve_sym.problem.modes import CONTACT_LIMIT, rounded_difference, sign_of
 from painleve_sym.problem.products import PieceProduct
 from painleve_sym.problem.risk import held
-from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, planar_solution
+from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, solution_of
 
 _STATED = "ContactProblem cannot be stated, "
 
@@ -76,19 +80,31 @@ class ContactProblem(Compared):
 
     Parameters
     ----------
-    W : array_like, shape (2 n, 2 n)
-        Mobility ``J M^-1 J'`` (Delassus matrix) with rows and columns in the order n1, t1, n2, t2,
-        ...; in 1/kg, symmetric and positive semidefinite. Singular is allowed and usual: one planar
-        body has three degrees of freedom, so two contacts on it already leave rank 3 of 4.
-    b : array_like, shape (2 n,)
+    W : array_like, shape (r, r)
+        Mobility ``J M^-1 J'`` (Delassus matrix), contact by contact: rows n, t in the plane, n,
+        t1, t2 in space; in 1/kg, symmetric and positive semidefinite. Singular is allowed and
+        usual: one planar body has three degrees of freedom, so two contacts on it already leave
+        rank 3 of 4.
+    b : array_like, shape (r,)
         Accelerations without contact force, in the same order, in m/s².
-    mu : array_like, shape (n,)
-        Friction coefficients, >= 0; a number for one contact.
-    slip_velocity : array_like, shape (n,)
-        v_t of each contact in m/s; only the sign matters, and exactly 0 means at rest tangentially.
-        A number for one contact.
+    friction : array_like of n numbers, or sequence of n entries
+        Friction coefficients, >= 0; a number for one contact. They mean intervals in the plane and
+        discs in space, as the number of rows says. Or for each contact an `Interval`, a `Disc`, a
+        tuple of these for several rows of friction of one contact, such as rolling resistance (the
+        empty one for a contact without tangents), or a `Brake`, which has one row alone.
+    slip_velocity : array_like
+        Velocity along each tangential row, in m/s: shape (n,) in the plane, (n, 2) in space. Only
+        the direction matters, and exactly 0 means at rest. A number for one planar contact.
     bilateral : array_like of bool, shape (n,)
-        Which contacts hold from both sides; one value for all contacts, none by default.
+        Which contacts hold from both sides, as a guide or a pin does that closes a chain; one value
+        for all contacts, none by default.
+
+    Attributes
+    ----------
+    W, b, bilateral : ndarray
+    friction : tuple of tuples of FrictionSet
+        The balls of friction of each contact.
+    slip_velocity : ndarray, shape (number of tangential rows,)
 
     Raises
     ------
@@ -104,34 +120,81 @@ class ContactProblem(Compared):
     >>> [solution] = problem.solutions()
     >>> solution.modes[0], solution.normal_forces.round(6).tolist()
     (<ContactMode.SLIP_NEG: 'slip_neg'>, [2.177778])
+
+    The same contact in space:
+
+    >>> W = [[4.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 2.0]]
+    >>> [solution] = ps.ContactProblem(W, [-9.8, 0.0, 0.0], 0.5, [(-1.0, 0.0)]).solutions()
+    >>> solution.mode.value, solution.force.round(6).tolist()
+    ('slip', [2.177778, 1.088889, 0.0])
     """
 
     W: FloatArray
     b: FloatArray
-    mu: FloatArray
-    slip_velocity: FloatArray
+    friction: Any
+    slip_velocity: Any
     bilateral: BoolArray = field(default_factory=lambda: np.zeros((), np.bool_))
 
     def __post_init__(self) -> None:
         """Check every array and keep read-only copies."""
         faults: list[str] = []
         fields = vars(self)
-        for name in ("W", "b", "mu", "slip_velocity"):
-            value, fault = finite_array(fields[name], name)
+        for name in ("W", "b"):
+            fields[name], fault = finite_array(fields[name], name)
             faults += [fault] * bool(fault)
-            if value.ndim == 0 and name in ("mu", "slip_velocity"):
-                value = value.reshape(1)
-            fields[name] = value
+        sets = friction_sets(self.friction)
+        if sets is None:
+            faults += self._state_numbers()
+        else:
+            fields["friction"] = sets
+            fields["slip_velocity"], fault = _joined(self.slip_velocity)
+            faults += [fault] * bool(fault)
+        count = len(self.friction)
         sides = np.array(self.bilateral, dtype=bool)
-        fields["bilateral"] = np.full(self.mu.shape, sides) if sides.ndim == 0 else sides
+        fields["bilateral"] = np.full((count,), sides) if sides.ndim == 0 else sides
         faults = faults or self._shape_faults() or self._physical_faults()
         if faults:
             raise InputError(_STATED + " Also, ".join(faults))
         rows = self.W.tolist()
         if rows != list(map(list, zip(*rows, strict=True))):
             fields["W"] = (self.W + self.W.T) / 2
-        for array in (self.W, self.b, self.mu, self.slip_velocity, self.bilateral):
+        for array in (self.W, self.b, self.slip_velocity, self.bilateral):
             array.setflags(write=False)
+
+    def _state_numbers(self) -> list[str]:
+        """Take friction coefficients for intervals or discs; return the faults."""
+        fields, faults = vars(self), list[str]()
+        mu, fault = finite_array(self.friction, "mu")
+        faults += [fault] * bool(fault)
+        slip, fault = finite_array(self.slip_velocity, "slip_velocity")
+        faults += [fault] * bool(fault)
+        mu, slip = (v.reshape(1) if v.ndim == 0 else v for v in (mu, slip))
+        fields["friction"], fields["slip_velocity"] = (), slip
+        if faults:
+            return faults
+        values = mu.tolist() if mu.ndim == 1 else []
+        if values and min(values) < 0:
+            given = values[0] if len(values) == 1 else values
+            fault = f"mu: got {given!r}, need mu >= 0. Fix: give the direction by slip_velocity."
+            return [fault, *self._mobility_faults()]
+        in_space = np.shape(self.W)[:1] == (3 * mu.size,) and mu.size > 0
+        if in_space and slip.shape in ((mu.size, 2), (2 * mu.size,)):
+            fields["friction"] = tuple(map(_disc, values))
+            fields["slip_velocity"] = slip.ravel()
+        elif mu.shape != slip.shape or mu.ndim != 1:
+            n = slip.size
+            need: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
+                "mu": (mu.shape, (n,)),
+                "slip_velocity": (slip.shape, (max(n, 1),)),
+                "W": (self.W.shape, (2 * n, 2 * n)),
+                "b": (self.b.shape, (2 * n,)),
+            }
+            return [
+                _shape_fault(name, *pair, n) for name, pair in need.items() if pair[0] != pair[1]
+            ]
+        else:
+            fields["friction"] = tuple(map(_interval, values))
+        return []
 
     @classmethod
     def single(
@@ -179,39 +242,74 @@ class ContactProblem(Compared):
         )
 
     def _shape_faults(self) -> list[str]:
-        """Return a sentence for each array that does not fit n contacts, n from slip_velocity."""
-        n = self.slip_velocity.size
-        of = (max(n, 1),)
-        one_each = self.mu.shape == self.slip_velocity.shape == self.bilateral.shape == of == (n,)
-        size = ContactRows(n).size
-        if one_each and self.W.shape == (size, size) and self.b.shape == (size,):
-            return []
-        need = {"W": (size, size), "b": (size,), "mu": (n,), "slip_velocity": of}
-        need["bilateral"] = (n,)
+        """Return a sentence for each array that does not fit the contacts."""
+        n, rows, tangents = len(self.friction), self.rows, sum(self.tangents)
+        size = rows[-1][-1] + 1 if n and rows[-1] else 0
+        need = {"W": (size, size), "b": (size,), "slip_velocity": (tangents,), "bilateral": (n,)}
+        if not n:
+            need["slip_velocity"] = (1,)
         return [
-            f"{name}: got shape {getattr(self, name).shape}, need {shape} for {n} entries of "
-            "slip_velocity. Fix: give two rows (n, t) of W and b for each contact."
+            _shape_fault(name, getattr(self, name).shape, shape, n)
             for name, shape in need.items()
             if getattr(self, name).shape != shape
         ]
 
     def _physical_faults(self) -> list[str]:
         """Return a sentence for each entry that no mechanism can have."""
-        faults: list[str] = []
-        if min(self.mu.tolist()) < 0:
-            given = self.mu.item() if self.size == 1 else self.mu.tolist()
-            faults.append(
-                f"mu: got {given!r}, need mu >= 0. Fix: give the direction by slip_velocity."
-            )
-        if self.size == 1:
+        if any(
+            _is_brake(own) and both for own, both in zip(self.friction, self.bilateral, strict=True)
+        ):
+            return ["bilateral: got a Brake that holds from both sides, which has no normal row."]
+        return self._mobility_faults()
+
+    def _mobility_faults(self) -> list[str]:
+        if self.W.shape == (2, 2):
             (nn, nt), (tn, tt) = self.W.tolist()
-            return faults + mobility_faults(nn, nt, tn, tt)
-        return faults + mobility_matrix_faults(self.W, "n1, t1, n2, t2, ...")
+            return mobility_faults(nn, nt, tn, tt)
+        square = self.W.ndim == 2 and len(set(self.W.shape)) == 1
+        return mobility_matrix_faults(self.W, self._row_names) if square else []
+
+    @property
+    def _row_names(self) -> str:
+        if self.in_plane:
+            return "n1, t1, n2, t2, ..."
+        return "n, t1, t2 of each disc, n, t of each interval"
 
     @property
     def size(self) -> int:
         """Return n, the number of contacts."""
-        return int(self.mu.size)
+        return len(self.friction)
+
+    @cached_property
+    def mu(self) -> FloatArray:
+        """The first friction coefficient of each contact, 0 without one; shape (n,)."""
+        return np.array([own[0].mu if own else 0.0 for own in self.friction])
+
+    @property
+    def tangents(self) -> tuple[int, ...]:
+        """The number of tangential rows of each contact."""
+        return tuple([sum([ball.n_tangents for ball in own]) for own in self.friction])
+
+    @property
+    def in_plane(self) -> bool:
+        """Whether every contact has the rows n, t."""
+        return all(len(own) == 1 and type(own[0]) is Interval for own in self.friction)
+
+    @cached_property
+    def rows(self) -> tuple[tuple[int, ...], ...]:
+        """The rows of each contact, the normal one first; a `Brake` has none."""
+        starts, rows = 0, []
+        for own, tangents in zip(self.friction, self.tangents, strict=True):
+            end = starts + tangents + (not _is_brake(own))
+            rows.append(tuple(range(starts, end)))
+            starts = end
+        return tuple(rows)
+
+    @cached_property
+    def slips(self) -> tuple[tuple[float, ...], ...]:
+        """The slip velocity of each contact along its tangential rows."""
+        values = iter(self.slip_velocity.tolist())
+        return tuple(tuple(itertools.islice(values, count)) for count in self.tangents)
 
     @cached_property
     def slip_directions(self) -> tuple[int, ...]:
@@ -235,13 +333,32 @@ class ContactProblem(Compared):
             For more than `CONTACT_LIMIT` contacts. Fix: call `solve_lemke` for one solution.
         """
         self._refuse_many("solutions")
-        answers = self._answers
-        return tuple(planar_solution(answers.law, answer) for answer in answers.all)
+        return tuple(map(self._solution, self._answers.all))
 
     @property
     def complete(self) -> bool:
-        """Whether `solutions` returns every motion, up to those of a continuum: always."""
-        return True
+        """Whether `solutions` returns every motion, up to those of a continuum.
+
+        It does unless several discs may begin to slip at once.
+        """
+        return not self._answers.searched
+
+    @property
+    def guarantee(self) -> str:
+        """Sentences on how certain it is that the solutions are all."""
+        answers = self._answers
+        if not answers.searched:
+            return "These are all solutions; each was checked by its residual."
+        text = (
+            "Each solution was checked by its residual. Directions in which several contacts begin "
+            "to slip at once have no finite list: that these are all solutions is not guaranteed."
+        )
+        rests = not any(map(any, self.slips)) and not any(self.bilateral.tolist())
+        if rests and answers.least_eigenvalue > REGULAR:
+            text += " With all contacts at rest and W positive definite there is at least one."
+        if answers.missed:
+            text += " Their number is even, which proves that there are more."
+        return text
 
     @property
     def borders(self) -> tuple[str, ...]:
@@ -318,7 +435,7 @@ class ContactProblem(Compared):
             )
         if not np.all(np.isfinite(point)):
             return math.inf
-        return self._law.residual((point / self._law.unit).tolist())
+        return self._law.residual(self._scaled(point))
 
     def uniqueness(self) -> Uniqueness:
         """Say beforehand what W, mu and the slip directions promise for every b.
@@ -329,6 +446,11 @@ class ContactProblem(Compared):
             For more than `CONTACT_LIMIT` contacts. Fix: ask about fewer contacts.
         """
         self._refuse_many("uniqueness")
+        if not self.in_plane:
+            raise InputError(
+                f"uniqueness() needs contacts in the plane: got {self._described}. "
+                "Fix: see `guarantee` of the solutions."
+            )
         law = self._law
         product = PieceProduct(law, list(map(pieces, law.constraints)))
         return uniqueness_of(product.pieces(), product.power_forms())
@@ -340,7 +462,7 @@ class ContactProblem(Compared):
 
     def case_of(self, solutions: Sequence[ContactSolution]) -> ContactCase:
         """Classify the problem by all its solutions, as `solutions` returns them."""
-        return case_of(solutions, self.size > 1)
+        return case_of(solutions, self.size > 1, self.complete)
 
     # ---- complementarity problems ----
 
@@ -464,10 +586,10 @@ class ContactProblem(Compared):
 
     def alone(self, i: int) -> ContactProblem:
         """Return the problem of one contact, the others open."""
-        own = self._rows.of(i)
-        one = slice(i, i + 1)
-        mu, slip, held = self.mu[one], self.slip_velocity[one], self.bilateral[one]
-        return ContactProblem(self.W[own, own], self.b[own], mu, slip, held)
+        own, one = list(self.rows[i]), slice(i, i + 1)
+        W, b = self.W[np.ix_(own, own)], self.b[own]
+        slip = [self.slips[i]]
+        return ContactProblem(W, b, list(self.friction[one]), slip, self.bilateral[one])
 
     @property
     def W_nn(self) -> float:
@@ -493,11 +615,6 @@ class ContactProblem(Compared):
     def b_t(self) -> float:
         """Return the free tangential acceleration of the only contact, in m/s²."""
         return float(self._only("b_t").b[1])
-
-    @property
-    def friction(self) -> float:
-        """Return mu of the only contact."""
-        return float(self._only("friction").mu[0])
 
     @property
     def slip_direction(self) -> int:
@@ -527,7 +644,7 @@ class ContactProblem(Compared):
                 f"A_slip is not defined, direction: got {direction!r}, need +1 or -1. "
                 "Fix: pass the sign of the slip velocity."
             )
-        return float(rounded_difference(self.W_nn, direction * side * self.friction * self.W_nt))
+        return float(rounded_difference(self.W_nn, direction * side * self.mu.item() * self.W_nt))
 
     @property
     def A(self) -> float | None:
@@ -553,24 +670,38 @@ class ContactProblem(Compared):
         return float(held(self._only("B_stick").W, self.b, 1)[1].item())
 
     def _only(self, name: str) -> ContactProblem:
-        """Return this problem, or raise InputError where it has several contacts."""
-        if self.size != 1:
+        """Return this problem, or raise InputError where it is not one contact in the plane."""
+        if self.size != 1 or not self.in_plane:
             raise InputError(
-                f"{name} belongs to one contact: got {self.size} contacts, need one. "
+                f"{name} belongs to one contact in the plane: got {self._described}. "
                 "Fix: use the arrays W, b, mu and slip_velocity."
             )
         return self
 
+    @property
+    def _described(self) -> str:
+        contacts = "one contact" if self.size == 1 else f"{self.size} contacts"
+        return contacts if self.in_plane else f"{contacts}, not with the rows n, t"
+
     # ---- parts ----
 
     def _refuse_many(self, where: str) -> None:
-        if self.size > CONTACT_LIMIT:
+        count = sum(
+            not both or any(ball.mu for ball in own)
+            for own, both in zip(self.friction, self.bilateral.tolist(), strict=True)
+        )
+        if count > CONTACT_LIMIT:
             raise InputError(
-                f"{where}() cannot try every local mode: got {self.size} contacts, need at most "
+                f"{where}() cannot try every local mode: got {count} contacts, need at most "
                 f"{CONTACT_LIMIT}. Fix: call solve_lemke() for one solution."
             )
 
     def _refuse_bilateral(self, where: str) -> None:
+        if not self.in_plane:
+            raise InputError(
+                f"{where}() needs contacts in the plane: got {self._described}. "
+                "Fix: call solutions()."
+            )
         if np.any(self.bilateral):
             raise InputError(
                 f"{where}() needs contacts that can open: got bilateral = "
@@ -579,23 +710,148 @@ class ContactProblem(Compared):
 
     @cached_property
     def _law(self) -> ScaledLaw:
+        W, b = self.W.tolist(), self.b.tolist()
+        if self.in_plane:
+            held = self.bilateral.tolist()
+            constraints = [
+                Constraint(
+                    2 * i,
+                    (Ball((2 * i + 1,), own[0].mu, (float(s),) if s else ()),),
+                    not held[i],
+                    (1, -1) if held[i] else (1,),
+                )
+                for i, (own, s) in enumerate(zip(self.friction, self.slip_directions, strict=True))
+            ]
+            return ScaledLaw(W, b, constraints)
         constraints = []
-        for i, (mu, s, both) in enumerate(
-            zip(self.mu.tolist(), self.slip_directions, self.bilateral.tolist(), strict=True)
+        for i, (own, rows, slip) in enumerate(
+            zip(self.friction, self.rows, self.slips, strict=True)
         ):
-            ball = Ball((2 * i + 1,), mu, (float(s),) if s else ())
-            sides = (1, -1) if both else (1,)
-            constraints.append(Constraint(2 * i, (ball,), not both, sides))
-        return ScaledLaw(self.W.tolist(), self.b.tolist(), constraints)
+            if _is_brake(own):
+                constraints.append(_pressed(W, b, own[0], rows[0], slip))
+                continue
+            balls, start = [], 1
+            for ball in own:
+                end = start + ball.n_tangents
+                way = ball.direction(slip[start - 1 : end - 1])
+                balls.append(Ball(rows[start:end], ball.mu, way))
+                start = end
+            both = bool(self.bilateral[i])
+            constraints.append(
+                Constraint(rows[0], tuple(balls), not both, (1, -1) if both else (1,))
+            )
+        return ScaledLaw(W, b, constraints)
 
     @cached_property
     def _answers(self) -> Answers:
+        self._refuse_many("solutions")
+        resting = sum(ball.turns for c in self._law.constraints for ball in c.balls)
+        if resting > MAX_RESTING:
+            raise InputError(
+                f"solutions() would search for minutes: got {self.size} contacts, {resting} "
+                f"of them in space at rest, need at most {MAX_RESTING}. "
+                "Fix: ask about fewer contacts."
+            )
         return Answers(self._law)
+
+    def _scaled(self, forces: FloatArray) -> list[float]:
+        """Return forces by rows of W as those of the scaled law, with what presses brakes."""
+        pressing = [own[0].mu for own in self.friction if _is_brake(own)]
+        whole: list[float] = (np.append(forces, pressing) / self._law.unit).tolist()
+        return whole
+
+    def _solution(self, answer: Answer) -> ContactSolution:
+        return solution_of(self._law, answer, self.tangents)
 
     def _solution_of(self, forces: FloatArray) -> ContactSolution | None:
         """Return forces as a solution, or None where they fail the check."""
         law = self._law
-        checked = law.check((forces / law.unit).tolist())
+        checked = law.check(self._scaled(forces))
         if checked is None:
             return None
-        return planar_solution(law, Answer(checked, *openness(law, checked)))
+        return self._solution(Answer(checked, *openness(law, checked)))
+
+
+MAX_RESTING = 4
+"""Most contacts in space at rest: all directions of five at once take minutes to search."""
+
+
+def _pressed(
+    W: list[list[float]], b: list[float], brake: FrictionSet, row: int, slip: Sequence[float]
+) -> Constraint:
+    """Append the row that presses a brake by a known force, and return its constraint.
+
+    Uncoupled, with W_vv F_v + b_v = 0: then no law but that of a contact is needed.
+    """
+    mobility = W[row][row] or 1.0
+    for line in W:
+        line.append(0.0)
+    W.append([0.0] * len(b) + [mobility])
+    b.append(-mobility * brake.mu)
+    friction = 1.0 if brake.mu else 0.0
+    ball = Ball((row,), friction, brake.direction(slip))
+    return Constraint(len(b) - 1, (ball,), False, (1,))
+
+
+@functools.lru_cache(maxsize=256)
+def _interval(mu: float) -> tuple[FrictionSet, ...]:
+    return (Interval(mu),)
+
+
+@functools.lru_cache(maxsize=256)
+def _disc(mu: float) -> tuple[FrictionSet, ...]:
+    return (Disc(mu),)
+
+
+def _is_brake(own: tuple[FrictionSet, ...]) -> bool:
+    return len(own) == 1 and isinstance(own[0], Brake)
+
+
+def _shape_fault(name: str, given: tuple[int, ...], needed: tuple[int, ...], n: int) -> str:
+    return (
+        f"{name}: got shape {given}, need {needed} for {n} contacts. Fix: give rows n, t of W and "
+        "b for each contact in the plane, n, t1, t2 in space, and its velocity along the tangents."
+    )
+
+
+def _joined(slips: Any) -> tuple[FloatArray, str]:
+    """Return slip velocities, which may be sequences of different lengths, as one array."""
+    parts = list(slips) if isinstance(slips, list | tuple) else [slips]
+    values: list[Any] = []
+    for part in parts:
+        values += (
+            list(part) if isinstance(part, list | tuple | np.ndarray) and np.ndim(part) else [part]
+        )
+    if any(np.ndim(v) for v in values):
+        values = list(np.concatenate([np.ravel(v) for v in values]))
+    array, fault = finite_array(values, "slip_velocity")
+    return array, fault
+
+
+def friction_sets(given: Any) -> tuple[tuple[FrictionSet, ...], ...] | None:
+    """Return the balls of each contact; None where numbers are given.
+
+    Raises
+    ------
+    InputError
+        For entries that are not sets, and a `Brake` beside another ball.
+    """
+    if isinstance(given, FrictionSet):
+        return ((given,),)
+    if not isinstance(given, list | tuple):
+        return None
+    if not any(isinstance(own, FrictionSet | tuple | list) for own in given):
+        return None
+    sets = tuple(tuple(own) if isinstance(own, list | tuple) else (own,) for own in given)
+    flat = [ball for own in sets for ball in own]
+    if not all(isinstance(ball, FrictionSet) for ball in flat):
+        raise InputError(
+            f"{_STATED}friction: got {received(given)}, need an Interval, a Disc, a Brake or a "
+            "tuple of balls for each contact. Fix: friction=[Disc(0.5)]."
+        )
+    if any(len(own) > 1 and any(isinstance(ball, Brake) for ball in own) for own in sets):
+        raise InputError(
+            f"{_STATED}friction: got a Brake beside another ball of one contact. Fix: give it as a "
+            "contact of its own, with one row of W."
+        )
+    return sets

@@ -52,10 +52,6 @@ class FrictionSet:
         length = math.hypot(*parts)
         return tuple(v / length for v in parts)
 
-    def sampled(self, count: int) -> list[tuple[float, ...]]:
-        """Return directions of slip all around: the corners of a pyramid instead of a cone."""
-        raise NotImplementedError
-
 
 @dataclass(frozen=True)
 class Interval(FrictionSet):
@@ -70,9 +66,34 @@ class Interval(FrictionSet):
 
     n_tangents: ClassVar[int] = 1
 
-    def sampled(self, count: int) -> list[tuple[float, ...]]:
-        """Return both directions."""
-        return [(1.0,), (-1.0,)]
+
+@dataclass(frozen=True)
+class Brake(FrictionSet):
+    """Dry friction of a constant size along one row of its own, such as that of a joint.
+
+    Its force is at most `limit`, whatever presses elsewhere, and opposes the slip. It takes one row
+    of W, without a normal one, and stands alone among the contacts of a problem.
+
+    Attributes
+    ----------
+    mu : float
+        The largest force; N, or N m where the row is an angle. `limit` is the same.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> joint = ps.ContactProblem([[2.0]], [3.0], [ps.Brake(1.0)], [0.0])
+    >>> [solution] = joint.solutions()
+    >>> solution.mode.value, solution.tangential_force, solution.tangential_acceleration
+    ('slip_pos', -1.0, 1.0)
+    """
+
+    n_tangents: ClassVar[int] = 1
+
+    @property
+    def limit(self) -> float:
+        """The largest force."""
+        return self.mu
 
 
 @dataclass(frozen=True)
@@ -87,8 +108,3 @@ class Disc(FrictionSet):
     """
 
     n_tangents: ClassVar[int] = 2
-
-    def sampled(self, count: int) -> list[tuple[float, ...]]:
-        """Return `count` directions at equal angles."""
-        angles = [2 * math.pi * k / count for k in range(count)]
-        return [(math.cos(a), math.sin(a)) for a in angles]

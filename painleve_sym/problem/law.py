@@ -489,8 +489,13 @@ class ScaledLaw:
             p, q = first.a, second.a
             step = max(abs(p[r] - q[r]) for r in part)
             size = max(first.lengths[k], second.lengths[k], self.offsets[k])
-            terms = max(first.terms[k], second.terms[k], self.beta[k])
-            if step > EQUAL * size + 16 * _EPSILON * terms:
+            # What elimination leaves of zeros; forces that cancel must not hide an acceleration.
+            terms = max(first.terms[k], second.terms[k])
+            rounding = 10 * ROUNDING * terms
+            if self.beta[k]:
+                rounding = min(rounding, ZERO * self.beta[k] + ROUNDING * terms)
+            # Where nothing but noise stands, it is that of the rows beside it.
+            if step > EQUAL * size + rounding + 2 * _EPSILON * self.beta[k]:
                 return False
         return True
 

@@ -29,6 +29,9 @@ class ContactMode(enum.StrEnum):
     STICK
         a_n = 0, a_t = 0 with v_t = 0 and |F_t| <= mu |F_n|, the edge of the cone included.
 
+    PRESSED
+        a_n = 0 of a contact without tangents.
+
     F_n > 0 except for LIFTOFF; a bilateral contact has either sign of F_n.
     """
 
@@ -37,6 +40,7 @@ class ContactMode(enum.StrEnum):
     SLIP_NEG = "slip_neg"
     SLIP = "slip"
     STICK = "stick"
+    PRESSED = "pressed"
 
 
 def sign_of(value: float) -> int:

@@ -23,7 +23,8 @@ import numpy.typing as npt
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite, plain_fields
-from painleve_sym.problem.friction_set import Disc, Interval
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.friction_set import Disc, FrictionSet, Interval
 from painleve_sym.problem.modes import rounded_difference
 from painleve_sym.problem.risk import (
     friction_threshold,
@@ -31,8 +32,7 @@ from painleve_sym.problem.risk import (
     sector_half_angle,
     slip_direction,
 )
-from painleve_sym.problem.solution import ContactCase, forces_data
-from painleve_sym.problem.spatial_problem import SpatialProblem, SpatialSolution
+from painleve_sym.problem.solution import ContactCase, ContactSolution, forces_data
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,9 @@ class ContactAnswer(Compared):
 
     Attributes
     ----------
-    problem : SpatialProblem
+    problem : ContactProblem
         Of the one contact.
-    solutions : tuple of SpatialSolution
+    solutions : tuple of ContactSolution
         Every solution, each with its verified residual; none and several are results.
 
     Examples
@@ -81,8 +81,8 @@ class ContactAnswer(Compared):
     (0.475882, 0.881917)
     """
 
-    problem: SpatialProblem
-    solutions: tuple[SpatialSolution, ...]
+    problem: ContactProblem
+    solutions: tuple[ContactSolution, ...]
 
     def __repr__(self) -> str:
         """Return case and modes in one line."""
@@ -97,7 +97,7 @@ class ContactAnswer(Compared):
     @property
     def mu(self) -> float:
         """The friction coefficient."""
-        return self.problem.friction[0].mu
+        return float(self.problem.mu.item())
 
     @cached_property
     def slip(self) -> tuple[float, ...]:
@@ -105,8 +105,9 @@ class ContactAnswer(Compared):
 
         A unit vector along the tangents.
         """
-        (set_,), (e,) = self.problem.friction, self.problem.directions
-        return e or set_.direction(self.problem.b[1:].tolist())
+        ball: FrictionSet = self.problem.friction[0][0]
+        (slip,) = self.problem.slips
+        return ball.direction(slip) or ball.direction(self.problem.b[1:].tolist())
 
     @property
     def A(self) -> float | None:
@@ -157,13 +158,13 @@ class ContactAnswer(Compared):
         }
 
 
-def solution_data(solution: SpatialSolution, i: int = 0) -> dict[str, Any]:
+def solution_data(solution: ContactSolution, i: int = 0) -> dict[str, Any]:
     """Return one contact of a solution as plain data."""
     return {
         "mode": solution.modes[i].value,
         "direction": solution.directions[i],
-        "force": solution.forces[i].tolist(),
-        "acceleration": solution.accelerations[i].tolist(),
+        "force": solution.contact_forces[i].tolist(),
+        "acceleration": solution.contact_accelerations[i].tolist(),
     }
 
 
@@ -203,7 +204,7 @@ def contact(
     >>> import painleve_sym as ps
     >>> answer = ps.contact([[4.0, 1.0], [1.0, 2.0]], [-9.8, 0.0], 0.5, velocity=-1.0)
     >>> answer
-    ContactAnswer slip: slip
+    ContactAnswer slip: slip_neg
     >>> answer.solutions[0].force.round(6).tolist()
     [2.177778, 1.088889]
     """
@@ -225,5 +226,5 @@ def contact(
                 f"contact: velocity: got {velocity!r}, need two numbers along t1 and t2. "
                 "Fix: velocity=[v1, v2]."
             )
-    problem = SpatialProblem(given, np.asarray(b), (friction,), (tuple(slip),))
+    problem = ContactProblem(given, np.asarray(b), (friction,), [tuple(slip)])
     return ContactAnswer(problem, problem.solutions())

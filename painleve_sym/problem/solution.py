@@ -10,7 +10,7 @@ import enum
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from painleve_sym.equality import Compared
 from painleve_sym.problem.answers import Answer
 from painleve_sym.problem.law import ROUNDING, ScaledLaw, accelerations
 from painleve_sym.problem.modes import ContactMode, slip_mode
+from painleve_sym.problem.risk import slip_angle
 
 
 class ContactCase(enum.StrEnum):
@@ -69,16 +70,23 @@ class ContactCase(enum.StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class ContactSolution(Compared):
-    """Hold one verified set of forces and accelerations; what a mode fixes at 0 is exactly 0.
+    """Hold one verified motion with its forces; what a mode fixes at 0 is exactly 0.
 
     Attributes
     ----------
     modes : tuple of ContactMode
-        What each contact does.
-    normal_forces, tangential_forces : ndarray, shape (n,)
-        F_n and F_t of each contact, in N. Read-only.
-    normal_accelerations, tangential_accelerations : ndarray, shape (n,)
-        a_n and a_t of each contact, in m/s². Read-only.
+        What each contact does, by its first ball of friction.
+    directions : tuple of (float or None)
+        Angle of the slip, or of the acceleration with which it begins, from t1 towards t2, in rad
+        from −π to π; 0 or π in the plane. None of a contact that sticks or lifts off.
+    normal_forces : ndarray, shape (n,)
+        F_n of each contact, in N; of a `Brake` its limit. Read-only.
+    tangential_forces : ndarray, shape (number of tangential rows,)
+        F_t of each contact in the plane; contact by contact. In N. Read-only.
+    normal_accelerations, tangential_accelerations : ndarray
+        The same of a_n and a_t, in m/s². Read-only.
+    tangents : tuple of int
+        The number of tangential rows of each contact.
     residual : float
         `ContactProblem.residual` of the forces; dimensionless.
     open_forces : int
@@ -99,21 +107,32 @@ class ContactSolution(Compared):
     """
 
     modes: tuple[ContactMode, ...]
+    directions: tuple[float | None, ...]
     normal_forces: FloatArray
     tangential_forces: FloatArray
     normal_accelerations: FloatArray
     tangential_accelerations: FloatArray
+    tangents: tuple[int, ...]
     residual: float
     open_forces: int = 0
     moves: bool | None = False
+    brakes: tuple[int, ...] = ()
 
     @property
     def isolated(self) -> bool | None:
         """Whether no neighbouring forces are a solution; None where that is not known."""
-        return isolated(self)
+        if self.open_forces or self.moves:
+            return False
+        return None if self.moves is None else True
 
     def __repr__(self) -> str:
         """Return modes and forces in one line."""
+        if set(self.tangents) != {1}:
+            parts = zip(self.modes, self.contact_forces, strict=True)
+            texts = (
+                f"{m.value} {np.array2string(F, precision=6, separator=', ')}" for m, F in parts
+            )
+            return f"ContactSolution {'; '.join(texts)} N"
         modes = ", ".join(mode.value for mode in self.modes)
         F_n, F_t = (
             ", ".join(f"{v:.6g}" for v in forces.tolist())
@@ -123,81 +142,92 @@ class ContactSolution(Compared):
 
     @property
     def forces(self) -> FloatArray:
-        """Return F_n1, F_t1, F_n2, F_t2, ... in N, shape (2 n,)."""
-        return np.column_stack([self.normal_forces, self.tangential_forces]).ravel()
+        """The forces by the rows of W: F_n1, F_t1, F_n2, F_t2, ... in the plane; N."""
+        return np.concatenate(self.contact_forces)
 
     @property
     def accelerations(self) -> FloatArray:
-        """Return a_n1, a_t1, a_n2, a_t2, ... in m/s², shape (2 n,)."""
-        return np.column_stack([self.normal_accelerations, self.tangential_accelerations]).ravel()
+        """The accelerations by the rows of W: a_n1, a_t1, a_n2, a_t2, ... in the plane; m/s²."""
+        return np.concatenate(self.contact_accelerations)
+
+    @property
+    def contact_forces(self) -> tuple[FloatArray, ...]:
+        """The force of each contact along its rows, such as n, t or n, t1, t2; N."""
+        return self._by_contact(self.normal_forces, self.tangential_forces)
+
+    @property
+    def contact_accelerations(self) -> tuple[FloatArray, ...]:
+        """The acceleration of each contact along its rows; m/s²."""
+        return self._by_contact(self.normal_accelerations, self.tangential_accelerations)
+
+    def _by_contact(self, normal: FloatArray, tangential: FloatArray) -> tuple[FloatArray, ...]:
+        parts, start = [], 0
+        for i, count in enumerate(self.tangents):
+            own = tangential[start : start + count]
+            parts.append(own if i in self.brakes else np.append(normal[i], own))
+            start += count
+        return tuple(parts)
 
     # ---- one contact ----
 
     @property
     def mode(self) -> ContactMode:
-        """Return what the only contact does."""
+        """The mode of the only contact."""
         (mode,) = self.modes
         return mode
 
     @property
+    def direction(self) -> float | None:
+        """The angle of slip of the only contact, in rad."""
+        (direction,) = self.directions
+        return direction
+
+    @property
+    def force(self) -> FloatArray:
+        """The force of the only contact along its rows, in N."""
+        (force,) = self.contact_forces
+        return force
+
+    @property
+    def acceleration(self) -> FloatArray:
+        """The acceleration of the only contact along its rows, in m/s²."""
+        (acceleration,) = self.contact_accelerations
+        return acceleration
+
+    @property
     def normal_force(self) -> float:
-        """Return F_n of the only contact, in N."""
+        """F_n of the only contact, in N."""
         return float(self.normal_forces.item())
 
     @property
     def tangential_force(self) -> float:
-        """Return F_t of the only contact, in N."""
+        """F_t of the only contact, which has one tangent, in N."""
         return float(self.tangential_forces.item())
 
     @property
     def normal_acceleration(self) -> float:
-        """Return a_n of the only contact, in m/s²."""
+        """a_n of the only contact, in m/s²."""
         return float(self.normal_accelerations.item())
 
     @property
     def tangential_acceleration(self) -> float:
-        """Return a_t of the only contact, in m/s²."""
+        """a_t of the only contact, which has one tangent, in m/s²."""
         return float(self.tangential_accelerations.item())
 
 
-class Verified(Protocol):
-    """A solution of contacts in the plane or in space."""
-
-    @property
-    def modes(self) -> tuple[ContactMode, ...]:
-        """The mode of each contact."""
-
-    @property
-    def open_forces(self) -> int:
-        """In how many directions the forces are open while the motion stays."""
-
-    @property
-    def moves(self) -> bool | None:
-        """Whether the motion is one of a continuum; None where that is not known."""
-
-    @property
-    def residual(self) -> float:
-        """Distance of the forces from the laws."""
-
-
-def forces_data(solution: Verified) -> dict[str, Any]:
+def forces_data(solution: ContactSolution) -> dict[str, Any]:
     """Return how open the forces of a solution are, and its residual, as plain data."""
     return {
-        "isolated": isolated(solution),
+        "isolated": solution.isolated,
         "open_forces": solution.open_forces,
         "moves": solution.moves,
         "residual": solution.residual,
     }
 
 
-def isolated(solution: Verified) -> bool | None:
-    """Return whether no neighbouring forces are a solution; None where that is not known."""
-    if solution.open_forces or solution.moves:
-        return False
-    return None if solution.moves is None else True
-
-
-def case_of(solutions: Sequence[Verified], plural: bool, complete: bool = True) -> ContactCase:
+def case_of(
+    solutions: Sequence[ContactSolution], plural: bool, complete: bool = True
+) -> ContactCase:
     """Return the case by all solutions, each of which is one motion.
 
     With `plural` in the words for several contacts. `complete` says whether they are all: two
@@ -214,40 +244,77 @@ def case_of(solutions: Sequence[Verified], plural: bool, complete: bool = True) 
     return ContactCase.UNIQUE if plural else _CASES.get(solutions[0].modes[0], ContactCase.SLIP)
 
 
-_CASES = {ContactMode.LIFTOFF: ContactCase.LIFTOFF, ContactMode.STICK: ContactCase.STICK}
+_CASES = {
+    ContactMode.LIFTOFF: ContactCase.LIFTOFF,
+    ContactMode.STICK: ContactCase.STICK,
+    ContactMode.PRESSED: ContactCase.UNIQUE,
+}
 
 
-def mode_of(law: ScaledLaw, answer: Answer, i: int) -> ContactMode:
+def _mode(law: ScaledLaw, answer: Answer, i: int) -> ContactMode:
     """Return what a constraint does by its first ball."""
     constraint, forces = law.constraints[i], answer.checked.forces
     if constraint.opens and forces[constraint.normal] == 0:
         return ContactMode.LIFTOFF
-    if not constraint.balls or not (way := answer.checked.slips[i][0]):
+    if not constraint.balls:
+        return ContactMode.PRESSED
+    way = answer.checked.slips[i][0]
+    if not way:
         return ContactMode.STICK
     return slip_mode(way[0]) if len(way) == 1 else ContactMode.SLIP
 
 
-def planar_solution(law: ScaledLaw, answer: Answer) -> ContactSolution:
+def solution_of(law: ScaledLaw, answer: Answer, tangents: tuple[int, ...]) -> ContactSolution:
     """Return an answer in the units of the problem, with its accelerations."""
     checked = answer.checked
     forces = list(map(operator.mul, law.unit, checked.forces))
     a, terms = accelerations(*law.given, forces)
     a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
-    modes = tuple(mode_of(law, answer, i) for i in range(len(law.constraints)))
-    lift, stick = ContactMode.LIFTOFF, ContactMode.STICK
-    # What the mode fixes at 0 is exactly 0.
-    parted = [v if m is lift else 0.0 for v, m in zip(a[0::2], modes, strict=True)]
-    sliding = [0.0 if m is stick else v for v, m in zip(a[1::2], modes, strict=True)]
-    numbers = np.array((forces[0::2], forces[1::2], parted, sliding))
-    numbers.setflags(write=False)
-    normal, tangential, a_n, a_t = numbers
+    count = range(len(law.constraints))
+    modes = tuple([_mode(law, answer, i) for i in count])
+    lift = ContactMode.LIFTOFF
+    if law.plain and len(a) == 2 * len(modes):  # n, t of each contact
+        stick = ContactMode.STICK
+        # What the mode fixes at 0 is exactly 0.
+        parted = [v if m is lift else 0.0 for v, m in zip(a[0::2], modes, strict=True)]
+        sliding = [0.0 if m is stick else v for v, m in zip(a[1::2], modes, strict=True)]
+        numbers = np.array((forces[0::2], forces[1::2], parted, sliding))
+        numbers.setflags(write=False)
+        normal, tangential, a_n, a_t = numbers
+    else:
+        parted, sliding, pulled = list[float](), list[float](), list[float]()
+        for i, constraint in enumerate(law.constraints):
+            parted.append(a[constraint.normal] if modes[i] is lift else 0.0)
+            for ball, way in zip(constraint.balls, checked.slips[i], strict=True):
+                still = modes[i] is not lift and not way
+                sliding += [0.0 if still else a[t] for t in ball.rows]
+                pulled += [forces[t] for t in ball.rows]
+        normal = np.array([forces[c.normal] for c in law.constraints])
+        tangential, a_n, a_t = np.array(pulled), np.array(parted), np.array(sliding)
+        for array in (normal, tangential, a_n, a_t):
+            array += 0.0  # no -0.0
+            array.setflags(write=False)
+    angles = tuple([_angle(checked.slips[i], modes[i]) for i in count])
+    brakes = tuple(
+        [i for i, c in enumerate(law.constraints) if c.balls and c.normal > c.balls[0].rows[0]]
+    )
     return ContactSolution(
         modes,
+        angles,
         normal,
         tangential,
         a_n,
         a_t,
+        tangents,
         checked.residual,
         answer.open_forces,
         answer.moves,
+        brakes,
     )
+
+
+def _angle(ways: Sequence[tuple[float, ...]], mode: ContactMode) -> float | None:
+    """Return the angle of slip of the first ball."""
+    if mode is ContactMode.LIFTOFF or not ways or not ways[0]:
+        return None
+    return slip_angle(ways[0])

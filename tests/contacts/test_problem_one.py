@@ -45,10 +45,10 @@ def violates_coulomb(problem, s):
         return "tangential dynamics"
     if F_n < 0 or a_n < 0 or F_n * a_n != 0:
         return "unilateral contact"
-    if abs(F_t) > problem.friction * F_n + scale:
+    if abs(F_t) > problem.mu.item() * F_n + scale:
         return "friction cone"
     sliding = problem.slip_direction or a_t
-    if sliding and abs(F_t + math.copysign(problem.friction * F_n, sliding)) > scale:
+    if sliding and abs(F_t + math.copysign(problem.mu.item() * F_n, sliding)) > scale:
         return "friction direction"
     return None
 
@@ -257,12 +257,12 @@ def test_lcp_at_rest_has_friction_reserves_as_unknowns():
     problem = rod(0.7, 1.0, slip_velocity=0.0)
     lcp = problem.lcp()
     F_n, F_t, speeding_down = 3.0, 1.1, 0.4
-    z = np.array([F_n, problem.friction * F_n + F_t, speeding_down])
+    z = np.array([F_n, problem.mu.item() * F_n + F_t, speeding_down])
     a_n, speeding_up, reserve_left = lcp.matrix @ z + lcp.offset
     assert a_n == pytest.approx(problem.W_nn * F_n + problem.W_nt * F_t + problem.b_n)
     a_t = problem.W_nt * F_n + problem.W_tt * F_t + problem.b_t
     assert speeding_up - speeding_down == pytest.approx(a_t)
-    assert reserve_left == pytest.approx(problem.friction * F_n - F_t)
+    assert reserve_left == pytest.approx(problem.mu.item() * F_n - F_t)
 
 
 def test_solution_from_refuses_a_scalar_solution_at_rest():

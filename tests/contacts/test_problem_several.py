@@ -348,8 +348,8 @@ def test_problem_takes_the_mobilities_without_a_negative_eigenvalue(seed, rank, 
     [
         ({"b": [math.nan, 0, 0, 0]}, "b: got"),
         ({"W": "x"}, "W: got 'x'"),
-        ({"mu": [0.1, -0.1]}, "need mu >= 0"),
-        ({"mu": [0.1]}, "mu: got shape (1,), need (2,)"),
+        ({"friction": [0.1, -0.1]}, "need mu >= 0"),
+        ({"friction": [0.1]}, "mu: got shape (1,), need (2,)"),
         ({"W": np.eye(2), "b": [1, 1]}, "W: got shape (2, 2), need (4, 4)"),
         ({"W": np.eye(2), "b": [1, 1]}, "Also, b: got shape (2,), need (4,)"),
         ({"slip_velocity": []}, "slip_velocity: got shape (0,), need (1,)"),
@@ -360,7 +360,7 @@ def test_problem_takes_the_mobilities_without_a_negative_eigenvalue(seed, rank, 
     ],
 )
 def test_contact_problem_names_the_fault_for_bad_input(change, words):
-    good = {"W": np.eye(4), "b": np.zeros(4), "mu": [0.1, 0.2], "slip_velocity": [0.0, 1.0]}
+    good = {"W": np.eye(4), "b": np.zeros(4), "friction": [0.1, 0.2], "slip_velocity": [0.0, 1.0]}
     with pytest.raises(InputError, match="Fix: ") as caught:
         ContactProblem(**{**good, **change})
     assert words in str(caught.value)

@@ -187,7 +187,7 @@ def test_a_plane_of_symmetry_is_the_planar_contact(seed, slip):
     plane = ps.contact(W[:2, :2], b[:2], mu, slip)
     size = np.abs(forces_of(space)).max(initial=0)
     inside = [s for s in space.solutions if abs(s.force[2]) <= 1e-9 * size]
-    assert [s.mode for s in inside] == [s.mode for s in plane.solutions]
+    assert [s.mode for s in inside] == [s.mode.value.split("_")[0] for s in plane.solutions]
     for one, other in zip(inside, plane.solutions, strict=True):
         assert np.allclose(one.force[:2], other.force, rtol=1e-7, atol=1e-9 * size)
         if other.direction is None:

@@ -18,7 +18,7 @@ def definite(rng, size):
 
 
 def all_forces(solutions):
-    return np.array([np.concatenate(s.forces) for s in solutions])
+    return np.array([s.forces for s in solutions])
 
 
 def assert_same(first, second):
@@ -33,11 +33,15 @@ def assert_same(first, second):
 
 def law_defect(problem, solution):
     """Return the largest violation of Coulomb's law and of a = W F + b, in their own units."""
-    forces, accelerations = map(np.concatenate, (solution.forces, solution.accelerations))
+    forces, accelerations = solution.forces, solution.accelerations
     rigid = problem.W @ forces + problem.b
     worst = np.abs(rigid - accelerations).max()
-    for F, a, friction, slip in zip(
-        solution.forces, solution.accelerations, problem.friction, problem.slip, strict=True
+    for F, a, (friction,), slip in zip(
+        solution.contact_forces,
+        solution.contact_accelerations,
+        problem.friction,
+        problem.slips,
+        strict=True,
     ):
         worst = max(worst, -F[0], -a[0], abs(F[0] * a[0]))
         worst = max(worst, np.linalg.norm(F[1:]) - friction.mu * F[0])
@@ -55,7 +59,7 @@ def test_contacts_that_do_not_feel_each_other_have_the_solutions_of_each():
         # Of comparable sizes: which contacts are one body's is what the scales say.
         alone = [(W / W[0, 0], b / np.abs(b).max(), min(mu, 5.0)) for W, b, mu in alone]
         single = [ps.contact(W, b, mu).solutions for W, b, mu in alone]
-        whole = ps.SpatialProblem(
+        whole = ps.ContactProblem(
             block_diag(*(W for W, _, _ in alone)),
             np.concatenate([b for _, b, _ in alone]),
             [ps.Disc(mu) for _, _, mu in alone],
@@ -77,9 +81,9 @@ def test_every_solution_obeys_the_law():
         sets = [kinds[i](rng.uniform(0, 2)) for i in rng.integers(0, 2, size=2)]
         size = sum(1 + s.n_tangents for s in sets)
         slip = [rng.normal(size=s.n_tangents) * rng.integers(0, 2) for s in sets]
-        problem = ps.SpatialProblem(definite(rng, size), rng.normal(size=size), sets, slip)
+        problem = ps.ContactProblem(definite(rng, size), rng.normal(size=size), sets, slip)
         for solution in problem.solutions():
-            scale = max(1.0, np.abs(np.concatenate(solution.forces)).max())
+            scale = max(1.0, np.abs(solution.forces).max())
             assert law_defect(problem, solution) < 1e-8 * scale**2
 
 
@@ -90,7 +94,7 @@ def test_sliding_discs_are_the_planar_contacts_of_their_slip():
         W, b, mu = definite(rng, 6), rng.normal(size=6), rng.uniform(0, 4, size=2)
         e = [v / np.linalg.norm(v) for v in rng.normal(size=(2, 2))]
         turn = block_diag(*(np.array([[1, 0, 0], [0, *way]]) for way in e))
-        space = ps.SpatialProblem(W, b, [ps.Disc(m) for m in mu], e)
+        space = ps.ContactProblem(W, b, [ps.Disc(m) for m in mu], e)
         plane = ps.ContactProblem(turn @ W @ turn.T, turn @ b, mu, [1.0, 1.0])
         assert space.complete
         own = all_forces(space.solutions())
@@ -111,7 +115,7 @@ def test_one_disc_at_rest_among_others_has_all_its_solutions():
         if k % 4 == 1:
             slip[1] = [0.0]
         W, b = definite(rng, size), rng.normal(size=size)
-        problem = ps.SpatialProblem(W, b, sets, slip)
+        problem = ps.ContactProblem(W, b, sets, slip)
         assert problem.complete and "all solutions" in problem.guarantee
         solutions = problem.solutions()
         own = all_forces(solutions)
@@ -125,7 +129,7 @@ def test_one_disc_at_rest_among_others_has_all_its_solutions():
         W, b, V, a = W / W[0, 0], b / np.abs(b).max(), V / V[0, 0], a / np.abs(a).max()
         v = rng.normal(size=2)
         singles = ps.contact(W, b, mu).solutions, ps.contact(V, a, nu, v).solutions
-        whole = ps.SpatialProblem(
+        whole = ps.ContactProblem(
             block_diag(W, V), [*b, *a], [ps.Disc(mu), ps.Disc(nu)], [(0.0, 0.0), v]
         )
         pairs = itertools.product(*singles)
@@ -142,7 +146,7 @@ def test_discs_in_a_plane_of_symmetry_have_the_planar_solutions():
         W[np.ix_(inside, across)] = W[np.ix_(across, inside)] = 0.0
         b[across] = 0.0
         mu = rng.uniform(0.1, 2, size=2)
-        space = ps.SpatialProblem(W, b, [ps.Disc(m) for m in mu], [(0.0, 0.0)] * 2)
+        space = ps.ContactProblem(W, b, [ps.Disc(m) for m in mu], [(0.0, 0.0)] * 2)
         plane = ps.ContactProblem(W[np.ix_(inside, inside)], b[inside], mu, [0.0, 0.0])
         forces = all_forces(space.solutions())
         forces = forces[np.abs(forces[:, across]).max(axis=1) < 1e-9][:, inside]
@@ -159,7 +163,7 @@ def test_four_feet_of_one_body_have_one_motion():
         rows += [velocity[2], velocity[0], velocity[1]]
     J = np.array(rows)
     pull = np.array([3.0, 0.0, -9.8, 0.0, 0.0, 0.0])
-    problem = ps.SpatialProblem(
+    problem = ps.ContactProblem(
         J @ np.linalg.solve(M, J.T),
         J @ np.linalg.solve(M, pull),
         [ps.Disc(0.5)] * 4,
@@ -169,13 +173,13 @@ def test_four_feet_of_one_body_have_one_motion():
     assert problem.case_of(solutions) is ps.ContactCase.HYPERSTATIC
     [solution] = solutions
     assert solution.isolated is False
-    assert np.sum([F for F in solution.forces], axis=0) == pytest.approx([9.8, -3.0, 0.0])
+    assert np.sum(solution.contact_forces, axis=0) == pytest.approx([9.8, -3.0, 0.0])
     assert set(solution.modes) <= {ps.ContactMode.STICK, ps.ContactMode.LIFTOFF}
 
 
 def test_too_many_contacts_are_refused():
     sets = [ps.Disc(0.5)] * 5
-    problem = ps.SpatialProblem(np.eye(15), -np.ones(15), sets, [(0.0, 0.0)] * 5)
+    problem = ps.ContactProblem(np.eye(15), -np.ones(15), sets, [(0.0, 0.0)] * 5)
     message = "5 contacts, 5 of them in space at rest, need at most 4"
     with pytest.raises(ps.InputError, match=message):
         problem.solutions()
@@ -184,16 +188,19 @@ def test_too_many_contacts_are_refused():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"friction": []}, "need a Disc or an Interval for each contact"),
-        ({"friction": [0.5]}, "need a Disc or an Interval for each contact"),
-        ({"slip": []}, "0 velocities for 1 contacts"),
+        ({"friction": [ps.Disc(0.5), 0.5]}, "need an Interval, a Disc, a Brake or a tuple"),
+        ({"friction": [(ps.Disc(0.5), ps.Brake(1.0))]}, "a Brake beside another ball"),
+        ({"friction": [-0.5]}, "mu >= 0"),
+        ({"slip_velocity": []}, r"slip_velocity: got shape \(0,\), need \(2,\) for 1 contacts"),
         ({"W": np.eye(2)}, r"W: got shape \(2, 2\), need \(3, 3\)"),
+        ({"slip_velocity": [("a", 0.0)]}, "slip_velocity"),
     ],
 )
 def test_bad_input_has_one_sentence(given, message):
-    whole = {"W": np.eye(3), "b": np.zeros(3), "friction": [ps.Disc(0.5)], "slip": [(0.0, 0.0)]}
+    whole = {"W": np.eye(3), "b": np.zeros(3), "friction": [ps.Disc(0.5)]}
+    whole["slip_velocity"] = [(0.0, 0.0)]
     with pytest.raises(ps.InputError, match=message):
-        ps.SpatialProblem(**whole | given)
+        ps.ContactProblem(**whole | given)
 
 
 @pytest.mark.parametrize(
@@ -202,6 +209,6 @@ def test_bad_input_has_one_sentence(given, message):
 def test_that_there_is_a_solution_is_said_of_a_regular_w_at_rest_alone(rank, slip, exists):
     J = np.random.default_rng(rank).normal(size=(9, rank))
     slips = [(0.0, 0.0), (0.0, 0.0), (slip, 0.0)]
-    problem = ps.SpatialProblem(J @ J.T, [-1.0, 0.1, 0.2] * 3, [ps.Disc(0.5)] * 3, slips)
+    problem = ps.ContactProblem(J @ J.T, [-1.0, 0.1, 0.2] * 3, [ps.Disc(0.5)] * 3, slips)
     assert not problem.complete
     assert ("there is at least one" in problem.guarantee) == exists

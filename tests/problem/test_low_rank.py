@@ -194,12 +194,12 @@ def test_a_continuum_of_slips_is_not_isolated():
 def test_two_discs_whose_slip_a_search_missed():
     W, b, mu = json.loads((DATA / "two-discs.json").read_text())
     discs = [ps.Disc(m) for m in mu]
-    problem = ps.SpatialProblem(W, b, discs, [(0.0, 0.0)] * 2)
+    problem = ps.ContactProblem(W, b, discs, [(0.0, 0.0)] * 2)
     (solution,) = problem.solutions()
     force = [0.29334013, -0.43211192, -0.55266543, 2.20063481, -1.16945776, 1.05828066]
-    assert np.concatenate(solution.forces) == pytest.approx(force, rel=1e-6)
+    assert solution.forces == pytest.approx(force, rel=1e-6)
     # One is known: directions of two slips at once have no finite list.
-    assert problem.case_of([solution]) == "one_known" and "not guaranteed" in problem.guarantee
+    assert problem.case == "one_known" and "not guaranteed" in problem.guarantee
     assert problem.case_of([]) == "unknown"
 
 
@@ -208,7 +208,7 @@ def test_an_even_number_of_solutions_proves_a_miss(monkeypatch):
 
     W, b, mu = json.loads((DATA / "two-discs.json").read_text())
     monkeypatch.setattr(answers, "search", lambda *_: [])
-    problem = ps.SpatialProblem(W, b, [ps.Disc(m) for m in mu], [(0.0, 0.0)] * 2)
+    problem = ps.ContactProblem(W, b, [ps.Disc(m) for m in mu], [(0.0, 0.0)] * 2)
     kept = problem.solutions()
     missing = [s for s in kept if s.modes.count(ps.ContactMode.SLIP) == 2]
     assert not missing
@@ -227,5 +227,5 @@ def test_an_even_number_of_solutions_proves_a_miss(monkeypatch):
 def test_a_border_is_stated(b, mu, border):
     problem = ps.ContactProblem(np.eye(2), b, mu, 0)
     assert problem.borders == ((border,) if border else ())
-    lifted = ps.SpatialProblem(np.eye(3), [*b, 0.0], [ps.Disc(mu)], [(0.0, 0.0)])
+    lifted = ps.ContactProblem(np.eye(3), [*b, 0.0], [ps.Disc(mu)], [(0.0, 0.0)])
     assert lifted.borders == problem.borders

@@ -52,7 +52,7 @@ def mpcc(problem: ContactProblem) -> Answer:
     if relaxed.status is not MPCCStatus.SOLVED:
         return 0, None
     normal = float(relaxed.z[0])
-    return 1, (normal, float(relaxed.z[1]) - problem.friction * normal)
+    return 1, (normal, float(relaxed.z[1]) - problem.mu.item() * normal)
 
 
 SOLVERS: Mapping[str, Callable[[ContactProblem], Answer]] = {

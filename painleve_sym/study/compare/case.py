@@ -25,7 +25,6 @@ from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.singular_limit import SingularLimit
 from painleve_sym.problem.solution import ContactSolution
-from painleve_sym.problem.spatial_problem import SpatialSolution
 
 LIFTOFF = "liftoff"
 """Way of a rigid motion without an impact."""
@@ -105,7 +104,7 @@ class FirstStep:
     """
 
     step: float
-    solutions: tuple[ContactSolution, ...] | tuple[SpatialSolution, ...]
+    solutions: tuple[ContactSolution, ...]
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,9 @@ from painleve_sym.contacts.inputs import ROUND_OFF, refuse_infinite, refuse_plac
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.motion.frozen_in_space import FrozenSpatialMotion, FrozenSpatialSolver
-from painleve_sym.problem.friction_set import Disc
+from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.modes import ContactMode
-from painleve_sym.problem.spatial_problem import SpatialProblem, SpatialSolution
+from painleve_sym.problem.solution import ContactSolution
 from painleve_sym.study.compare.case import LIFTOFF, AccelerationLevel, Answer, Case, FirstStep
 
 _HELD = "the compression oscillates without end: the contact is held, and there is no impact"
@@ -93,7 +93,7 @@ class SpatialCase(Case):
         """Return the problems of one time step of each length, solved."""
         return tuple(FirstStep(h, self._step(h).solutions()) for h in steps)
 
-    def _step(self, h: float) -> SpatialProblem:
+    def _step(self, h: float) -> ContactProblem:
         """Return the problem v⁺ = v + h b + W P of a step, v_n⁺ counted from −e v_n of the start.
 
         It is that of a contact at rest, with impulses for forces and velocities after the step for
@@ -102,7 +102,7 @@ class SpatialCase(Case):
         W, b, mu = self._contact
         free = self._velocity + h * b
         free[0] += self.e * min(self._velocity[0], 0.0)
-        return SpatialProblem(W, free, (Disc(mu),), ((0.0, 0.0),))
+        return ContactProblem(W, free, mu, np.zeros(2))
 
     # ---- the answers ----
 
@@ -131,7 +131,7 @@ class SpatialCase(Case):
         solutions = {h: self._step(h).solutions() for h in steps}
         return [self._stepped(solver, h, solutions[h]) for solver in solvers for h in steps]
 
-    def _stepped(self, solver: str, h: float, solutions: Sequence[SpatialSolution]) -> Answer:
+    def _stepped(self, solver: str, h: float, solutions: Sequence[ContactSolution]) -> Answer:
         if not solutions:
             none, end = np.zeros(3), StopReason.NO_MODE
             return self._answer("stepping", solver, h, 0.0, none, end, stop_detail=_NO_STEP)
