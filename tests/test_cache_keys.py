@@ -150,6 +150,7 @@ def imported_folders(folder):
 
 UNUSED = {
     ("contacts", "complementarity"): "the rigid contact problem in numbers: nothing is derived",
+    ("contacts", "problem"): "the same",
     ("engines", "complementarity"): "the same",
     ("mechanics", "codegen"): "numbers of formulas: their derivation has its own entry",
 }

@@ -169,7 +169,7 @@ def test_rigid_contacts_of_one_mechanism_follow_one_law():
 def test_law_whose_parameter_the_mechanism_has_is_refused():
     legs = Path(__file__).parents[2] / "examples/mechanisms/three-legged-table.toml"
     text = legs.read_text("utf-8").replace("mu_left", "e_energetic")
-    with pytest.raises(InputError, match="has a parameter 'e_energetic' too"):
+    with pytest.raises(InputError, match="has the name 'e_energetic' too"):
         Simulator(mechanism_from_text(text, name="legs"), RigidLaw())
 
 
