@@ -108,7 +108,7 @@ class CompileError(PainleveError):
 
 
 class CompilerMissing(PainleveError):
-    """There is no working C compiler; the slower engine can still be used."""
+    """There is no working C compiler."""
 
 
 class DerivationTimeout(PainleveError):

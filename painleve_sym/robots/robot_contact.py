@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,7 +28,13 @@ from painleve_sym.contacts.positive import (
     positive_where,
     shares,
 )
-from painleve_sym.errors import InputError, refuse_unknown, unknown_name
+from painleve_sym.errors import (
+    CompilerMissing,
+    InputError,
+    PainleveWarning,
+    refuse_unknown,
+    unknown_name,
+)
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.problem.risk import (
     friction_threshold,
@@ -556,11 +563,17 @@ def _bounded(threshold: float) -> float:
 def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:
     """Return the impact without collision of slip at 1 m/s; None where the contact cannot slip so.
 
-    It can where W is regular, or where it is in the plane of the normal and its one tangent.
+    It can where W is regular, or where it is in the plane of the normal and its one tangent. None
+    also, with a notice, where the impact needs a C compiler and there is none.
     """
     rows = W.tolist()
     if spatial_mobility_faults(rows, definite=True):
         tangent = moving_tangent(rows)
         if tangent is None or not is_regular(in_plane(rows, tangent)):
             return None
-    return solve_impact(rows, mu, (0.0, math.cos(direction), math.sin(direction)))
+    try:
+        return solve_impact(rows, mu, (0.0, math.cos(direction), math.sin(direction)))
+    except CompilerMissing as error:
+        text = f"robot: the impact of slip in the worst direction is left out: {error}"
+        warnings.warn(text, PainleveWarning, stacklevel=3)
+        return None

@@ -1,8 +1,9 @@
 """What does an impact of one contact in space cost?
 
 ``python -m tests.benchmarks.bench_impact_in_space`` times random impacts by processor time: in the
-compiled code alone, with one call of `solve_impact` for each, and by the same path in Python. Slips
-and mobilities of the first kind are of one size, those of the second spread over decades.
+compiled code alone, with one call of `solve_impact` for each, and by the path in Python of the
+tests. Slips and mobilities of the first kind are of one size, those of the second spread over
+decades.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from collections.abc import Callable
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.impact.one_contact import solve_impact
-from painleve_sym.contacts.impact.spatial import LAWS, SpatialPath, impacts_in_space
+from painleve_sym.contacts.impact.spatial import LAWS, impacts_in_space
 from tests.contacts.test_impact_in_space import random_impacts
+from tests.support.spatial_impact import SpatialPath
 
 LIMIT = 20e-6
 """Wanted of an impact in the compiled code, s."""

@@ -18,10 +18,11 @@ from painleve_sym.contacts.impact.one_contact import (
     invariant_directions,
     solve_impact,
 )
-from painleve_sym.contacts.impact.spatial import LAWS, SpatialPath, impacts_in_space
+from painleve_sym.contacts.impact.spatial import LAWS, ROW, impacts_in_space
 from painleve_sym.errors import CompilerMissing, InputError
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.modes import ContactMode
+from tests.support.spatial_impact import SpatialPath
 
 
 def rod(theta, psi=0.0, alpha=3.0):
@@ -51,6 +52,15 @@ CASES = {
     "slow slip": ([[3, 0.3, 0.2], [0.3, 1, 0.5], [0.2, 0.5, 4]], 0.1, (-1.0, 1e-3, 2e-3)),
     "starts at rest, slips": ([[3, 1, 1.2], [1, 1, 0.5], [1.2, 0.5, 4]], 0.3, (-1.0, 0, 0)),
     "starts at rest, sticks": ([[3, 1, 1.2], [1, 1, 0.5], [1.2, 0.5, 4]], 2.0, (-1.0, 0, 0)),
+}
+
+
+# Across t1 only a surface that is driven slips.
+DRIVEN = {
+    "turns until its part along t1 stays": ([[3, 1, 0], [1, 1, 0], [0, 0, 0]], 2.0, (-1.0, 1, 0.8)),
+    "grows along t1": ([[3, 1, 0], [1, 1, 0], [0, 0, 0]], 0.5, (-1.0, -0.2, 0.8)),
+    "begins in the paradox": ([[2, 1.5, 0], [1.5, 2, 0], [0, 0, 0]], 2.0, (0.0, 1, 0.1)),
+    "starts across": ([[3, 1, 0], [1, 1, 0], [0, 0, 0]], 1.0, (-1.0, 0.0, 0.5)),
 }
 
 
@@ -181,25 +191,36 @@ def test_impact_agrees_with_scipy(name, law):
 # ---- both implementations ----
 
 
+def _both_paths(given):
+    """Return the ends and the phases, in rows of numbers, by Python and by C."""
+    (end, count, *numbers), *_ = impacts_in_space(np.array([given])).tolist()
+    plain, rows = SpatialPath(given).follow()
+    return plain, int(end), rows, np.reshape(numbers[: ROW * int(count)], (-1, ROW))
+
+
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("name", sorted(CASES))
-def test_python_gives_the_same_as_c(name, law, monkeypatch):
-    W, mu, velocity = CASES[name]
-    compiled = solve_impact(W, mu, velocity, law, 1.0)
+@pytest.mark.parametrize("name", sorted(CASES | DRIVEN))
+def test_python_gives_the_same_as_c(name, law):
+    W, mu, velocity = (CASES | DRIVEN)[name]
+    (nn, n1, n2), (_, one, m), (_, _, two) = np.asarray(W, dtype=float) / 8
+    given = (nn, n1, n2, one, m, two, mu, *velocity, LAWS.index(law), 1.0)
+    plain, end, rows, compiled = _both_paths(given)
+    assert plain == end and rows[:, 0].tolist() == compiled[:, 0].tolist()
+    assert rows == pytest.approx(compiled, rel=1e-12, abs=1e-13)
 
-    def no_compiler(given):
-        raise CompilerMissing("no working C compiler")
 
-    monkeypatch.setattr(spatial, "impacts_in_space", no_compiler)
-    plain = solve_impact(W, mu, velocity, law, 1.0)
-    assert (plain.case, plain.end) == (compiled.case, compiled.end)
-    for one, other in zip(plain.phases, compiled.phases, strict=True):
-        assert (one.name, one.mode) == (other.name, other.mode)
-        assert one.impulse == pytest.approx(other.impulse, rel=1e-12, abs=1e-13)
-        assert one.velocity == pytest.approx(other.velocity, rel=1e-12, abs=1e-13)
-        assert one.direction == pytest.approx(other.direction, abs=1e-13)
-        works = (other.normal_work, other.tangential_work)
-        assert (one.normal_work, one.tangential_work) == pytest.approx(works, rel=1e-12, abs=1e-13)
+def test_without_a_compiler_an_impact_in_space_says_what_to_install(monkeypatch):
+    def none():
+        raise CompilerMissing("no working C compiler: looked for cc. Fix: install gcc.")
+
+    monkeypatch.setattr(spatial, "_compiled", none)
+    W, mu, velocity = CASES["rod"]
+    text = r"^solve impact: impacts in space are computed by compiled code: no .*Fix: install gcc"
+    with pytest.raises(CompilerMissing, match=text):
+        solve_impact(W, mu, velocity)
+    # What moves in a plane, and directions, need none.
+    flat = solve_impact(np.diag([2.0, 1.0, 0.0]), mu, (-1.0, 1.0, 0.0))
+    assert flat.end is ImpactEnd.SEPARATION and len(invariant_directions(W, mu)) == 2
 
 
 def random_impacts(count, seed, tangential=False, spread=1.0):
@@ -620,13 +641,6 @@ def test_little_mobility_across_is_none_in_the_limit():
 
 
 # ---- slip that only a surface that is driven can have ----
-
-DRIVEN = {
-    "turns until its part along t1 stays": ([[3, 1, 0], [1, 1, 0], [0, 0, 0]], 2.0, (-1.0, 1, 0.8)),
-    "grows along t1": ([[3, 1, 0], [1, 1, 0], [0, 0, 0]], 0.5, (-1.0, -0.2, 0.8)),
-    "begins in the paradox": ([[2, 1.5, 0], [1.5, 2, 0], [0, 0, 0]], 2.0, (0.0, 1, 0.1)),
-    "starts across": ([[3, 1, 0], [1, 1, 0], [0, 0, 0]], 1.0, (-1.0, 0.0, 0.5)),
-}
 
 
 @pytest.mark.parametrize("law", LAWS)

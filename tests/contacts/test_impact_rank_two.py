@@ -12,10 +12,11 @@ from scipy.integrate import solve_ivp
 
 import painleve_sym as ps
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.contacts.impact.spatial import LAWS, SpatialPath, impacts_in_space
+from painleve_sym.contacts.impact.spatial import LAWS, impacts_in_space
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.modes import ContactMode
 from tests.cli.cli_helpers import run
+from tests.support.spatial_impact import SpatialPath
 
 ARM = Path(__file__).parents[1] / "robots" / "files" / "turning_arm.urdf"
 

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import painleve_sym as ps
-from painleve_sym.errors import InputError
+from painleve_sym.contacts.impact import spatial
+from painleve_sym.errors import CompilerMissing, InputError
 
 FILES = Path(__file__).parent / "files"
 DOG = Path(__file__).parents[2] / "examples" / "robots" / "quadruped.urdf"
@@ -256,6 +257,17 @@ def test_foot_in_the_paradox_has_an_impact_without_collision():
         plain = ps.solve_impact(foot.mobility(), 2.0, velocity, "energetic", 0.75)
         assert plain.without_collision
         assert jump.normal_impulse == pytest.approx(plain.normal_impulse, rel=1e-9)
+
+
+def test_risk_without_a_compiler_leaves_its_impact_out_and_says_so(monkeypatch):
+    def none():
+        raise CompilerMissing("no working C compiler: looked for cc. Fix: install gcc.")
+
+    whole = standing().risk(2.0)
+    monkeypatch.setattr(spatial, "_compiled", none)
+    with pytest.warns(ps.PainleveWarning, match=r"impact .* is left out: .* Fix: install gcc"):
+        risk = standing().risk(2.0)
+    assert risk.impact is None and whole.impact is not None and risk.mu_P == whole.mu_P
 
 
 def test_stuck_feet_change_the_impact_and_keep_their_velocity():

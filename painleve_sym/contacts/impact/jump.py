@@ -222,6 +222,8 @@ def evaluate_jump(
     InputError
         Unknown or invalid entries (all at once); a state that is not an impact. The message says
         which and what to do.
+    CompilerMissing
+        In space where there is no C compiler; see `solve_impact`.
 
     References
     ----------

@@ -193,6 +193,8 @@ def solve_impact(
     InputError
         All faults at once: entries that are not finite, v_n > 0, mu < 0, e outside [0, 1], W not
         symmetric positive semidefinite, an unknown law; or results beyond the floating range.
+    CompilerMissing
+        In space where there is no C compiler, unless the contact moves in one plane.
 
     References
     ----------

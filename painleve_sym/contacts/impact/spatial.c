@@ -1,5 +1,5 @@
 /* Impacts of one contact in space: the path of the impulse in blown-up time, as derived in
- * contacts/impact/spatial.py, which has the same steps in Python. Nothing here knows a model. */
+ * contacts/impact/spatial.py. tests/support/spatial_impact.py has the same steps in Python. */
 #include <math.h>
 #include <string.h>
 
