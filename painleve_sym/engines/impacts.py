@@ -17,6 +17,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import load as compiled
 from painleve_sym.complementarity.solution_sets import BoolArray
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.contacts.impact.inputs import impact_inputs
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import (
     AtOnce,
@@ -28,8 +29,8 @@ from painleve_sym.contacts.impact.simultaneous import (
 )
 from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.engines.listening import listening
-from painleve_sym.errors import refuse_unknown
-from painleve_sym.laws.restitution import RESTITUTIONS
+from painleve_sym.errors import InputError
+from painleve_sym.problem.array_checks import finite_array
 
 COURSE, STEP, STRUCK, CLOSED = range(4)
 """What a listener hears, as the enumeration in ``loop/impulse.c``."""
@@ -183,15 +184,18 @@ def solve_simultaneous_impact(
     Raises
     ------
     InputError
-        Unknown law.
+        As by `solve_impact`, all faults at once.
     CompilerMissing
         There is no C compiler.
     """
-    refuse_unknown("restitution law", restitution, RESTITUTIONS)
-    W, mu, v = (np.ascontiguousarray(a, dtype=float) for a in (W, mu, velocity))
+    held = np.zeros(np.size(mu), dtype=bool)
+    if bilateral is not None:
+        held = np.asarray(bilateral, dtype=bool).reshape(-1)
+    where = "solve simultaneous impact"
+    given = impact_inputs(W, mu, velocity, restitution, e, where=where, bilateral=held.tolist())
+    W, mu, v = (np.array(a) for a in given[:3])
     at = ContactRows(len(mu))
-    held = np.zeros(len(mu), dtype=bool) if bilateral is None else np.asarray(bilateral, dtype=bool)
-    pressing = np.zeros(len(mu)) if load is None else np.array(load, dtype=float)[at.normals]
+    pressing = np.zeros(len(mu)) if load is None else _load(load, at, where)
     results, sides = np.zeros((3, at.size)), np.ascontiguousarray(held, dtype=np.intc)
     reader = PathReader(len(mu))
     with listening(reader, at.size) as heard:
@@ -208,6 +212,15 @@ def solve_simultaneous_impact(
     return SimultaneousImpact(
         ImpactEnd.JAM if not ended else end, v, velocities, _pieces(path), path
     )
+
+
+def _load(load: Array, at: ContactRows, where: str) -> Array:
+    """Return the accelerations along the normals."""
+    given, fault = finite_array(load, "load")
+    if fault or given.shape != (at.size,):
+        need = fault or f"load: got shape {given.shape}, need {(at.size,)}: two rows a contact."
+        raise InputError(f"{where}: {need}")
+    return given[at.normals]
 
 
 def _pieces(path: PathRecord) -> tuple[ImpulsePiece, ...]:

@@ -551,3 +551,45 @@ def test_three_contacts_that_come_to_rest_at_once_rebound_alike_in_every_order()
         )
         after.append(impact.velocities[np.argsort(rows)])
     assert np.ptp(after, axis=0).max() <= 1e-9 * np.abs(v).max()
+
+
+EYE, FALL = np.eye(4), [-1.0, 0.0, -1.0, 0.0]
+REFUSED = {
+    "nan": (EYE * math.nan, [0.5, 0.5], FALL, "newton", 0.5, "W_n1n1: got nan"),
+    "opening": (
+        EYE,
+        [0.5, 0.5],
+        [-1.0, 0, 1.0, 0],
+        "newton",
+        0.5,
+        "v_n2: got 1.0 m/s, need v_n <=",
+    ),
+    "friction": (EYE, [0.5, -0.5], FALL, "newton", 0.5, "mu_2: got -0.5, need mu >= 0"),
+    "indefinite": (-EYE, [0.5, 0.5], FALL, "newton", 0.5, "semidefinite|symmetric"),
+    "not symmetric": (np.triu(EYE + 0.1), [0.5, 0.5], FALL, "newton", 0.5, "symmetric"),
+    "shape": (np.eye(3), [0.5, 0.5], FALL, "newton", 0.5, r"\(2 n, 2 n\).*check the shapes"),
+    "one friction": (EYE, [0.5], FALL, "newton", 0.5, "check the shapes"),
+    "text": ("a", [0.5, 0.5], FALL, "newton", 0.5, "check the shapes"),
+    "e": (EYE, [0.5, 0.5], FALL, "newton", 7.0, "e: got 7.0, need 0 <= e <= 1"),
+    "law": (EYE, [0.5, 0.5], FALL, "newtons", 0.5, "restitution law"),
+}
+
+
+@pytest.mark.parametrize("case", sorted(REFUSED))
+def test_impact_of_several_contacts_refuses_what_it_cannot_use(case):
+    *arguments, text = REFUSED[case]
+    with pytest.raises(InputError, match=rf"(?s)^solve simultaneous impact: .*{text}"):
+        solve_simultaneous_impact(*arguments)
+
+
+def test_bilateral_contact_and_load_are_checked_too():
+    with pytest.raises(
+        InputError, match=r"v_n1: got -1.0 m/s, need 0: the contact holds both ways"
+    ):
+        solve_simultaneous_impact(EYE, [0.5, 0.5], FALL, bilateral=[True, False])
+    for wrong in ([True], [True, False, False]):
+        with pytest.raises(InputError, match="check the shapes"):
+            solve_simultaneous_impact(EYE, [0.5, 0.5], FALL, bilateral=wrong)
+    for load in (np.zeros(3), [math.nan] * 4):
+        with pytest.raises(InputError, match="load: got"):
+            solve_simultaneous_impact(EYE, [0.5, 0.5], FALL, load=load)

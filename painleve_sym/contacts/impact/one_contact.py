@@ -6,26 +6,18 @@ import enum
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any
 
 import numpy as np
 
-from painleve_sym.checks import LARGEST, checked_number, mobility_faults, spatial_mobility_faults
 from painleve_sym.contacts.impact.energy_gain import least_energy_notice
+from painleve_sym.contacts.impact.inputs import impact_inputs
 from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
 from painleve_sym.contacts.impact.spatial import InvariantDirection, course_in_space, invariant_ones
-from painleve_sym.contacts.impact.within_plane import (
-    axes_of_motion,
-    in_plane,
-    moving_tangent,
-    phase_along,
-    plane_faults,
-)
+from painleve_sym.contacts.impact.within_plane import axes_of_motion, in_plane, phase_along
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
-from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
 
@@ -215,7 +207,7 @@ def solve_impact(
     >>> [phase.name for phase in impact.phases]
     ['slip compression', 'slip restitution', 'sticking restitution']
     """
-    given, mu, before, e = _checked(W, mu, velocity, restitution, e, planar=True)
+    given, (mu,), before, e = impact_inputs(W, mu, velocity, restitution, e)
     try:
         case, ended, phases = _course(given, mu, before, restitution, e)
     except OverflowError as error:
@@ -295,73 +287,7 @@ def invariant_directions(W: Sequence[Sequence[float]], mu: float) -> tuple[Invar
             f"{where}: got W of shape {np.shape(W)}, need a matrix of 3 rows and columns: in the "
             "plane slip does not turn. Fix: give the mobility of a contact in space."
         )
-    checked = _checked(W, mu, (0.0,) * 3, "newton", 0.0, where)[0]
-    (_, n1, n2), (_, W11, W12), (_, _, W22) = checked
-    return invariant_ones((n1, n2), (W11, W12, W22), float(mu))
-
-
-def _checked(
-    W: Sequence[Sequence[float]],
-    mu: float,
-    velocity: Sequence[float],
-    restitution: str,
-    e: float,
-    where: str = "solve impact",
-    planar: bool = False,
-) -> tuple[tuple[tuple[float, ...], ...], float, tuple[float, ...], float]:
-    """Return W, mu, velocity and e as floats; raise with every fault.
-
-    `planar` allows a contact in space that moves in one plane.
-    """
-    try:
-        # Floats of an array are cheaper all at once.
-        given: Any = W
-        given = given.tolist() if isinstance(given, np.ndarray) else given
-        rows = [[float(w) for w in row] for row in given]
-        v = tuple(float(v) for v in velocity)
-        mu, e = float(mu), float(e)
-        if len(rows) not in (2, 3) or {len(v), *map(len, rows)} != {len(rows)}:
-            raise ValueError
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"{where}: got W = {W!r}, mu = {mu!r}, velocity = {velocity!r}, e = {e!r}, need "
-            "numbers, W of shape (2, 2) and velocity (v_n, v_t), or in space W of shape (3, 3) and "
-            "velocity (v_n, v_1, v_2). Fix: check the shapes."
-        ) from error
-    faults = list[str]()
-    sizes = list(map(abs, (*chain.from_iterable(rows), mu, e, *v)))
-    # A sum is nan where any number is.
-    if not (max(sizes) <= LARGEST and math.isfinite(sum(sizes))):
-        axes = "nt" if len(rows) == 2 else "n12"
-        entries = {
-            f"W_{a}{b}": w
-            for a, row in zip(axes, rows, strict=True)
-            for b, w in zip(axes, row, strict=True)
-        }
-        entries |= {"mu": mu, "e": e} | {f"v_{a}": own for a, own in zip(axes, v, strict=True)}
-        faults = [fault for n, number in entries.items() if (fault := checked_number(number, n)[1])]
-    if not faults:
-        tangent = moving_tangent(rows) if planar and len(rows) == 3 else None
-        if len(rows) == 2:
-            faults = mobility_faults(*rows[0], *rows[1])
-        elif tangent is None:
-            faults = spatial_mobility_faults(rows)
-        else:
-            faults = plane_faults(rows, tangent)
-    if mu < 0:
-        faults.append(f"mu: got {mu!r}, need mu >= 0.")
-    if v[0] > 0:
-        faults.append(f"v_n: got {v[0]!r} m/s, need v_n <= 0: the contact is opening.")
-    if e < 0 or e > 1:
-        faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
-    if str(restitution) not in RESTITUTIONS:
-        faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
-    if faults:
-        raise InputError(f"{where}: " + " ".join(faults))
-    symmetric = tuple(map(tuple, rows))
-    if symmetric != (turned := tuple(zip(*rows, strict=True))):
-        symmetric = tuple(
-            tuple((a + b) / 2 for a, b in zip(row, column, strict=True))
-            for row, column in zip(rows, turned, strict=True)
-        )
-    return symmetric, mu, v, e
+    still = (0.0,) * 3
+    given = impact_inputs(W, mu, still, "newton", 0.0, where=where, in_one_plane=False)
+    (_, n1, n2), (_, W11, W12), (_, _, W22) = given.W
+    return invariant_ones((n1, n2), (W11, W12, W22), *given.mu)

@@ -87,10 +87,11 @@ def course_in_space(
     v = (math.ldexp(own, -speed) for own in velocity)
     given = np.array([(*mobility, mu, *v, LAWS.index(str(law)), e)])
     try:
-        (end, count, *numbers), *_ = impacts_in_space(given).tolist()
+        result = impacts_in_space(given)[0]
     except CompilerMissing as error:
         need = "impacts in space are computed by compiled code"
         raise CompilerMissing(f"solve impact: {need}: {error}") from error
+    end, count = int(result[0]), int(result[1])
     if end == NO_IMPACT:
         return ImpactClass.NO_IMPACT, True, ()
     if end == UNFINISHED:
@@ -100,7 +101,7 @@ def course_in_space(
             "Fix: change their last digits."
         )
     units = [speed - mass] * 3 + [speed] * 3 + [2 * speed - mass] * 2
-    rows = [numbers[ROW * i :][:ROW] for i in range(int(count))]
+    rows = result[HEAD : HEAD + ROW * count].reshape(count, ROW).tolist()
     phases, rays = [], [int(row[0]) // 2 for row in rows]
     # Without slip only a contact that sticks jams before its first phase ends.
     sticks = rays[:1] == [STICK] or not (rays or any(velocity[1:]))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from painleve_sym.checks import INDEFINITE, SYMMETRY, mobility_faults, spatial_mobility_faults
+from painleve_sym.checks import INDEFINITE, SYMMETRY, spatial_mobility_faults
 from painleve_sym.contacts.impact.path import ImpactPhase
 from painleve_sym.problem.modes import ContactMode
 
@@ -75,12 +75,6 @@ def axes_of_motion(
         return (v_1 / speed, v_2 / speed), 0.0
     across = tangent[0] * v_2 - tangent[1] * v_1
     return tangent, across if abs(across) > SYMMETRY * math.hypot(*velocity) else 0.0
-
-
-def plane_faults(W: Sequence[Sequence[float]], tangent: Tangent) -> list[str]:
-    """Return sentences where W is not one of motion in this plane."""
-    (nn, nt), (tn, tt) = in_plane(W, tangent)
-    return mobility_faults(nn, nt, tn, tt)
 
 
 def phase_along(phase: ImpactPhase, tangent: Tangent) -> ImpactPhase:

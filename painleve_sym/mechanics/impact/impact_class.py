@@ -1,4 +1,4 @@
-"""The classes of a planar impact with friction, by the rays of their impulse."""
+"""The classes of an impact with friction of one contact, by the rays of their impulse."""
 
 from __future__ import annotations
 
@@ -15,8 +15,13 @@ class ImpactClass(enum.StrEnum):
     slip ends at P_c = −v_n/A_s if A_s > 0. At v_t = 0 the contact sticks iff |W_nt| ≤ μ W_tt;
     otherwise it slips in direction sign(W_nt), where A > 0 and the slip grows.
 
+    In space the first ray is a curve on which slip turns, the condition of sticking is
+    |W_tt⁻¹ w| ≤ μ with w = (W_n1, W_n2), and the slip that begins where it fails is called reverse
+    whatever its angle to the one before.
+
     NO_IMPACT
-        v_n = 0 and A_s > 0, or no slip: finite forces decide, there is no impulse.
+        v_n = 0 and A_s > 0, or no slip: finite forces decide, there is no impulse. Also v_n = 0 and
+        W_nn = 0, where none moves the contact along its normal.
     SLIDING
         s C_s ≥ 0, or P_t is not reached before restitution ends. Also the start from v_t = 0
         with |W_nt| > μ W_tt.
