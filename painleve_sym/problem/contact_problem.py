@@ -1,4 +1,6 @@
-"""Planar contacts with Coulomb friction: which forces and accelerations are consistent.
+"""Contacts with Coulomb friction: which forces and accelerations are consistent.
+
+What follows is about the plane; page *The paradox in three dimensions* has the same in space.
 
 Signs, contact by contact: the normal force F_n pushes the bodies apart and a_n > 0 separates them;
 F_t and a_t count along the slip velocity v_t. Forces and accelerations are listed contact by
@@ -42,7 +44,6 @@ for bilateral ones; Blumentals, Brogliato & Bertails-Descoubes (2016) for both.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -58,20 +59,31 @@ from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, LCPSolutio
 from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, pivot
 from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
 from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
-from painleve_sym.contact_rows import ContactRows
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError, received
+from painleve_sym.errors import InputError
 from painleve_sym.problem.answers import REGULAR, Answer, Answers, openness
 from painleve_sym.problem.array_checks import finite_array, mobility_matrix_faults
+from painleve_sym.problem.complementarity import complementarity_of, copositive, forces_of
 from painleve_sym.problem.constraints import Ball, Constraint, pieces
-from painleve_sym.problem.friction_set import Brake, Disc, FrictionSet, Interval
+from painleve_sym.problem.friction_set import Interval
 from painleve_sym.problem.law import ScaledLaw
 from painleve_sym.problem.modes import CONTACT_LIMIT, rounded_difference, sign_of
 from painleve_sym.problem.products import PieceProduct
 from painleve_sym.problem.risk import held
 from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, solution_of
+from painleve_sym.problem.statement import (
+    STATED,
+    disc,
+    friction_sets,
+    interval,
+    is_brake,
+    joined,
+    pressed,
+    shape_fault,
+)
 
-_STATED = "ContactProblem cannot be stated, "
+MAX_RESTING = 4
+"""Most contacts in space at rest: all directions of five at once take minutes to search."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,14 +159,14 @@ class ContactProblem(Compared):
             faults += self._state_numbers()
         else:
             fields["friction"] = sets
-            fields["slip_velocity"], fault = _joined(self.slip_velocity)
+            fields["slip_velocity"], fault = joined(self.slip_velocity)
             faults += [fault] * bool(fault)
         count = len(self.friction)
         sides = np.array(self.bilateral, dtype=bool)
         fields["bilateral"] = np.full((count,), sides) if sides.ndim == 0 else sides
         faults = faults or self._shape_faults() or self._physical_faults()
         if faults:
-            raise InputError(_STATED + " Also, ".join(faults))
+            raise InputError(STATED + " Also, ".join(faults))
         rows = self.W.tolist()
         if rows != list(map(list, zip(*rows, strict=True))):
             fields["W"] = (self.W + self.W.T) / 2
@@ -179,7 +191,7 @@ class ContactProblem(Compared):
             return [fault, *self._mobility_faults()]
         in_space = np.shape(self.W)[:1] == (3 * mu.size,) and mu.size > 0
         if in_space and slip.shape in ((mu.size, 2), (2 * mu.size,)):
-            fields["friction"] = tuple(map(_disc, values))
+            fields["friction"] = tuple(map(disc, values))
             fields["slip_velocity"] = slip.ravel()
         elif mu.shape != slip.shape or mu.ndim != 1:
             n = slip.size
@@ -190,10 +202,10 @@ class ContactProblem(Compared):
                 "b": (self.b.shape, (2 * n,)),
             }
             return [
-                _shape_fault(name, *pair, n) for name, pair in need.items() if pair[0] != pair[1]
+                shape_fault(name, *pair, n) for name, pair in need.items() if pair[0] != pair[1]
             ]
         else:
-            fields["friction"] = tuple(map(_interval, values))
+            fields["friction"] = tuple(map(interval, values))
         return []
 
     @classmethod
@@ -231,7 +243,7 @@ class ContactProblem(Compared):
             if fault:
                 faults.append(f"{fault} Fix: check the state it was evaluated at.")
         if faults:
-            raise InputError(_STATED + " Also, ".join(faults))
+            raise InputError(STATED + " Also, ".join(faults))
         nn, nt, tt, n, t, friction, slip = values
         return cls(
             np.array([[nn, nt], [nt, tt]]),
@@ -249,7 +261,7 @@ class ContactProblem(Compared):
         if not n:
             need["slip_velocity"] = (1,)
         return [
-            _shape_fault(name, getattr(self, name).shape, shape, n)
+            shape_fault(name, getattr(self, name).shape, shape, n)
             for name, shape in need.items()
             if getattr(self, name).shape != shape
         ]
@@ -257,7 +269,7 @@ class ContactProblem(Compared):
     def _physical_faults(self) -> list[str]:
         """Return a sentence for each entry that no mechanism can have."""
         if any(
-            _is_brake(own) and both for own, both in zip(self.friction, self.bilateral, strict=True)
+            is_brake(own) and both for own, both in zip(self.friction, self.bilateral, strict=True)
         ):
             return ["bilateral: got a Brake that holds from both sides, which has no normal row."]
         return self._mobility_faults()
@@ -300,7 +312,7 @@ class ContactProblem(Compared):
         """The rows of each contact, the normal one first; a `Brake` has none."""
         starts, rows = 0, []
         for own, tangents in zip(self.friction, self.tangents, strict=True):
-            end = starts + tangents + (not _is_brake(own))
+            end = starts + tangents + (not is_brake(own))
             rows.append(tuple(range(starts, end)))
             starts = end
         return tuple(rows)
@@ -389,7 +401,7 @@ class ContactProblem(Compared):
             For bilateral contacts. Fix: call `solutions`.
         """
         self._refuse_bilateral("solve_lemke")
-        lcp, ways = self._copositive_lcp()
+        lcp, ways = copositive(self)
         scaled, unit = equilibrate(lcp)
         limit = 50 * lcp.size if max_pivots is None else max_pivots
         status, z, pivots = pivot(scaled, limit, RESIDUAL_TOLERANCE)
@@ -486,30 +498,7 @@ class ContactProblem(Compared):
             complementarity. Fix: call `solutions`.
         """
         self._refuse_bilateral("lcp")
-        directions, starts = self.slip_directions, self._pair_starts
-        matrix, offset = np.zeros((starts[-1], starts[-1])), np.zeros(starts[-1])
-        pairs = self._rows.each()
-        for j, s in enumerate(directions):
-            normal, tangential = self.W.T[list(pairs[j])]
-            # An impossible sign left by rounding is removed, as in A_slip.
-            slipping = rounded_difference(normal, (s or 1) * self.mu[j] * tangential)
-            for i, t in enumerate(directions):
-                (k, m), (leaving, speeding) = (starts[i], starts[j]), pairs[i]
-                matrix[k, m] = slipping[leaving]
-                if not t:
-                    matrix[k + 1, m] = slipping[speeding]
-                if not s:
-                    matrix[k, m + 1] = tangential[leaving]
-                if not (s or t):
-                    matrix[k + 1, m + 1] = tangential[speeding]
-        for i, s in enumerate(directions):
-            k, (leaving, speeding) = starts[i], pairs[i]
-            offset[k] = self.b[leaving]
-            if not s:
-                offset[k + 1] = self.b[speeding]
-                matrix[k + 1, k + 2] = 1.0
-                matrix[k + 2, k : k + 2] = 2.0 * self.mu[i], -1.0
-        return LCP(matrix, offset)
+        return complementarity_of(self)
 
     def forces_from(self, solution: LCPSolution) -> FloatArray:
         """Translate a solution of `lcp` into F_n1, F_t1, F_n2, ... in N, shape (2 n,).
@@ -520,25 +509,7 @@ class ContactProblem(Compared):
             For another number of entries. Fix: solve this problem's `lcp`.
         """
         self._refuse_bilateral("forces_from")
-        starts = self._pair_starts
-        if solution.z.size != starts[-1]:
-            raise InputError(
-                f"solution cannot be translated, z: got {solution.z.size} entries at "
-                f"slip_velocity = {self.slip_velocity.tolist()!r}, need {starts[-1]}. "
-                "Fix: solve this problem's lcp()."
-            )
-        forces = np.zeros(self._rows.size)
-        for i, (k, s) in enumerate(zip(starts, self.slip_directions, strict=False)):
-            if not solution.active[k]:
-                continue
-            normal, limit = solution.z[k], self.mu[i] * solution.z[k]
-            friction = -s * limit
-            if not s:
-                right, left = not solution.active[k + 1], solution.active[k + 2]
-                edge = limit if left else -limit
-                friction = edge if right or left or limit == 0 else solution.z[k + 1] - limit
-            forces[self._rows.of(i)] = normal, friction + 0.0  # no -0.0
-        return forces
+        return forces_of(self, solution)
 
     def solution_from(self, solution: LCPSolution) -> ContactSolution | None:
         """Translate a solution of `lcp`; None where the forces fail the check of this problem.
@@ -549,38 +520,6 @@ class ContactProblem(Compared):
             As for `forces_from`.
         """
         return self._solution_of(self.forces_from(solution))
-
-    @property
-    def _rows(self) -> ContactRows:
-        return ContactRows(self.size)
-
-    @cached_property
-    def _pair_starts(self) -> list[int]:
-        """Return the first pair of each contact in `lcp`, and the number of pairs."""
-        return [0, *np.cumsum([1 if s else 3 for s in self.slip_directions]).tolist()]
-
-    def _copositive_lcp(self) -> tuple[LCP, FloatArray]:
-        """Return the problem of Anitescu & Potra and the map from its z to the forces."""
-        ways: list[FloatArray] = []
-        rests: list[tuple[int, float]] = []  # columns of F_n at rest, with their friction
-        for i, (mu, s) in enumerate(zip(self.mu, self.slip_directions, strict=True)):
-            axes = np.eye(self._rows.size)[:, self._rows.of(i)]
-            if s or mu == 0:
-                ways.append(axes[:, 0] - mu * s * axes[:, 1])
-            else:
-                rests.append((len(ways), float(mu)))
-                ways += [axes[:, 0], axes[:, 1], -axes[:, 1], 0.0 * axes[:, 0]]
-        forces = np.array(ways).T
-        # A force works on the acceleration along itself; a sliding one on a_n alone.
-        partners = forces.copy()
-        for i, s in enumerate(self.slip_directions):
-            if s:
-                partners[self._rows.tangent(i)] = 0.0
-        matrix = partners.T @ self.W @ forces
-        for k, mu in rests:
-            matrix[k + 1 : k + 3, k + 3] = 1.0
-            matrix[k + 3, k : k + 3] = mu, -1.0, -1.0
-        return LCP(matrix, partners.T @ self.b), forces
 
     # ---- one contact ----
 
@@ -727,8 +666,8 @@ class ContactProblem(Compared):
         for i, (own, rows, slip) in enumerate(
             zip(self.friction, self.rows, self.slips, strict=True)
         ):
-            if _is_brake(own):
-                constraints.append(_pressed(W, b, own[0], rows[0], slip))
+            if is_brake(own):
+                constraints.append(pressed(W, b, own[0], rows[0], slip))
                 continue
             balls, start = [], 1
             for ball in own:
@@ -756,7 +695,7 @@ class ContactProblem(Compared):
 
     def _scaled(self, forces: FloatArray) -> list[float]:
         """Return forces by rows of W as those of the scaled law, with what presses brakes."""
-        pressing = [own[0].mu for own in self.friction if _is_brake(own)]
+        pressing = [own[0].mu for own in self.friction if is_brake(own)]
         whole: list[float] = (np.append(forces, pressing) / self._law.unit).tolist()
         return whole
 
@@ -770,88 +709,3 @@ class ContactProblem(Compared):
         if checked is None:
             return None
         return self._solution(Answer(checked, *openness(law, checked)))
-
-
-MAX_RESTING = 4
-"""Most contacts in space at rest: all directions of five at once take minutes to search."""
-
-
-def _pressed(
-    W: list[list[float]], b: list[float], brake: FrictionSet, row: int, slip: Sequence[float]
-) -> Constraint:
-    """Append the row that presses a brake by a known force, and return its constraint.
-
-    Uncoupled, with W_vv F_v + b_v = 0: then no law but that of a contact is needed.
-    """
-    mobility = W[row][row] or 1.0
-    for line in W:
-        line.append(0.0)
-    W.append([0.0] * len(b) + [mobility])
-    b.append(-mobility * brake.mu)
-    friction = 1.0 if brake.mu else 0.0
-    ball = Ball((row,), friction, brake.direction(slip))
-    return Constraint(len(b) - 1, (ball,), False, (1,))
-
-
-@functools.lru_cache(maxsize=256)
-def _interval(mu: float) -> tuple[FrictionSet, ...]:
-    return (Interval(mu),)
-
-
-@functools.lru_cache(maxsize=256)
-def _disc(mu: float) -> tuple[FrictionSet, ...]:
-    return (Disc(mu),)
-
-
-def _is_brake(own: tuple[FrictionSet, ...]) -> bool:
-    return len(own) == 1 and isinstance(own[0], Brake)
-
-
-def _shape_fault(name: str, given: tuple[int, ...], needed: tuple[int, ...], n: int) -> str:
-    return (
-        f"{name}: got shape {given}, need {needed} for {n} contacts. Fix: give rows n, t of W and "
-        "b for each contact in the plane, n, t1, t2 in space, and its velocity along the tangents."
-    )
-
-
-def _joined(slips: Any) -> tuple[FloatArray, str]:
-    """Return slip velocities, which may be sequences of different lengths, as one array."""
-    parts = list(slips) if isinstance(slips, list | tuple) else [slips]
-    values: list[Any] = []
-    for part in parts:
-        values += (
-            list(part) if isinstance(part, list | tuple | np.ndarray) and np.ndim(part) else [part]
-        )
-    if any(np.ndim(v) for v in values):
-        values = list(np.concatenate([np.ravel(v) for v in values]))
-    array, fault = finite_array(values, "slip_velocity")
-    return array, fault
-
-
-def friction_sets(given: Any) -> tuple[tuple[FrictionSet, ...], ...] | None:
-    """Return the balls of each contact; None where numbers are given.
-
-    Raises
-    ------
-    InputError
-        For entries that are not sets, and a `Brake` beside another ball.
-    """
-    if isinstance(given, FrictionSet):
-        return ((given,),)
-    if not isinstance(given, list | tuple):
-        return None
-    if not any(isinstance(own, FrictionSet | tuple | list) for own in given):
-        return None
-    sets = tuple(tuple(own) if isinstance(own, list | tuple) else (own,) for own in given)
-    flat = [ball for own in sets for ball in own]
-    if not all(isinstance(ball, FrictionSet) for ball in flat):
-        raise InputError(
-            f"{_STATED}friction: got {received(given)}, need an Interval, a Disc, a Brake or a "
-            "tuple of balls for each contact. Fix: friction=[Disc(0.5)]."
-        )
-    if any(len(own) > 1 and any(isinstance(ball, Brake) for ball in own) for own in sets):
-        raise InputError(
-            f"{_STATED}friction: got a Brake beside another ball of one contact. Fix: give it as a "
-            "contact of its own, with one row of W."
-        )
-    return sets
