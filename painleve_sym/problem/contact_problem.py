@@ -255,7 +255,12 @@ class ContactProblem(Compared):
 
     def _shape_faults(self) -> list[str]:
         """Return a sentence for each array that does not fit the contacts."""
-        n, rows, tangents = len(self.friction), self.rows, sum(self.tangents)
+        n = len(self.friction)
+        plane = (2 * n, 2 * n), (2 * n,), (n,), (n,)
+        given = self.W.shape, self.b.shape, self.slip_velocity.shape, self.bilateral.shape
+        if n and given == plane and self.in_plane:
+            return []
+        rows, tangents = self.rows, sum(self.tangents)
         size = rows[-1][-1] + 1 if n and rows[-1] else 0
         need = {"W": (size, size), "b": (size,), "slip_velocity": (tangents,), "bilateral": (n,)}
         if not n:
