@@ -263,8 +263,7 @@ class OneContact(ContactStates):
         """Return F_t of a contact mode for the normal force `force`."""
         c = self.mechanism.coefficients
         if contact == "stick":
-            # Where no motion slides the contact, nothing is to be held: 0.
-            if c.W_tt == 0 or not self._slip_is_extra:
+            if not (c.slides and self._slip_is_extra):
                 return c.sticking_force.xreplace({F_N: force})
             smooth = c.accelerations.xreplace({F_N: force, F_T: _ZERO})
             return -row_acceleration(c.contact.J_T, smooth, c.contact.tangential_bias) / c.W_tt

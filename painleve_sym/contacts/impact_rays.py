@@ -59,8 +59,7 @@ class ImpactRays:
         rays = {}
         for contact, s in CONTACTS.items():
             if contact == "stick":
-                ratio = -c.W_nt / c.W_tt if c.W_tt != 0 else sp.Integer(0)
-                a_n, a_t = c.A_stick, sp.Integer(0)
+                ratio, a_n, a_t = c.sticking_ratio, c.A_stick, sp.Integer(0)
             else:
                 ratio, a_n, a_t = -s * c.mu, c.A(s), c.slip_rate_coefficient(s)
             rays[contact] = Ray(contact, ratio, a_n, a_t)

@@ -86,7 +86,7 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
         "v_t and v_n are slip and normal velocity at the start of the phase, "
         "the velocities of the mechanism those at its start."
     )
-    if c.W_tt == 0:
+    if not c.slides:
         note = f"{_NOTHING_SLIDES} {note}"
     else:
         left, right = (tangential_phase(c, slip) for slip in (-1, 1))

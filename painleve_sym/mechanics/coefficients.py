@@ -115,17 +115,27 @@ class ContactCoefficients:
         mu = self.mu if friction is None else friction
         return readable(self.W_nt - slip * mu * self.W_tt)
 
+    @property
+    def slides(self) -> bool:
+        """Whether any motion slides the contact, W_tt ≠ 0; else sticking holds nothing."""
+        return bool(self.W_tt != 0)
+
+    @property
+    def sticking_ratio(self) -> sp.Expr:
+        """F_t per F_n that keeps v_t, −W_nt/W_tt; 0 where no motion slides the contact."""
+        return -self.W_nt / self.W_tt if self.slides else sp.Integer(0)
+
     @cached_property
     def sticking_force(self) -> sp.Expr:
         """F_t(F_n) that keeps v̇_t = 0; N. Sticking needs |F_t| ≤ μ F_n."""
-        if self.W_tt == 0:
+        if not self.slides:
             return sp.Integer(0)
         return readable(-(self.W_nt * F_N + self.b_t) / self.W_tt)
 
     @cached_property
     def A_stick(self) -> sp.Expr:
         """A′ = W_nn − W_nt²/W_tt; 1/kg."""
-        if self.W_tt == 0:  # no motion slides the contact: W_nt = 0, and nothing is to be held
+        if not self.slides:
             return self.W_nn
         return readable(self.W_nn - self.W_nt**2 / self.W_tt)
 
@@ -137,7 +147,7 @@ class ContactCoefficients:
     @cached_property
     def B_stick(self) -> sp.Expr:
         """B′ = b_n − W_nt b_t/W_tt; m/s²."""
-        if self.W_tt == 0:
+        if not self.slides:
             return self.b_n
         return readable(self.b_n - self.W_nt * self.b_t / self.W_tt)
 

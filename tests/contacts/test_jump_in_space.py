@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pytest
 
 import painleve_sym as ps
 from painleve_sym.cli import main
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
 FALL = {"theta": 1.0, "theta_dot": 0.4, "x_A_dot": -0.7, "z_A_dot": -0.3}
 
@@ -95,3 +97,40 @@ def test_command_has_phases_with_the_direction_of_slip(capsys):
 def test_jump_refuses_what_is_not_an_impact(state, text):
     with pytest.raises(InputError, match=text):
         ps.evaluate_jump("rod-3d", "energetic", state)
+
+
+ON_A_BELT = """
+gravity = "9.8"
+[coordinates]
+h = {{ unit = "m" }}
+[parameters]
+m = {{ default = 2.0, unit = "kg", positive = true }}
+mu = {{ default = 0.5, unit = "1" }}
+[[bodies]]
+mass = "m"
+{}
+[[contacts]]
+name = "A"
+friction = "mu"
+gap = "h"
+slip_velocity = {}
+"""
+PLANE = 'centre = ["0", "h"]', '"-0.8"'
+SPACE = 'centre = ["0", "0", "h"]\ninertia = [1, 1, 1]'
+
+
+@pytest.mark.parametrize("belt", [(0.8, 0.0), (0.0, 0.8), (0.48, -0.64)])
+def test_ball_that_only_rises_and_falls_hits_a_belt(belt):
+    """No motion slides it: P_n = m v (1 + e) and P_t = μ P_n along the belt, by hand."""
+    state, parameters = {"h_dot": -1.0}, {"e_newton": 0.75}
+    flat = mechanism_from_text(ON_A_BELT.format(*PLANE), "flat")
+    plane = ps.evaluate_jump(flat, "newton", state, parameters=parameters)
+    slip = json.dumps([str(-u) for u in belt])
+    ball = mechanism_from_text(ON_A_BELT.format(SPACE, slip), "ball")
+    space = ps.evaluate_jump(ball, "newton", state, parameters=parameters)
+    for jump, along in ((plane, (1.0,)), (space, np.array(belt) / 0.8)):
+        impulse = np.sum([p.impulse for p in jump.phases], axis=0)
+        assert impulse == pytest.approx([3.5, *(1.75 * np.array(along))], rel=1e-14)
+        assert jump.velocity == {"h_dot": 0.75}
+        assert jump.energy_change == pytest.approx(0.75**2 - 1 - 1.75 * 0.8, rel=1e-14)
+        assert jump.case.value == "sliding"

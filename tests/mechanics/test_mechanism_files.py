@@ -322,6 +322,7 @@ def test_contact_that_no_motion_slides_has_the_normal_mobility_in_sticking():
     c = mechanism_from_text('gravity = "9.8"\n' + text).coefficients
     m = sp.Symbol("m", positive=True)
     assert (c.A_stick, c.B_stick, c.sticking_force) == (1 / m, sp.Rational(-49, 5), 0)
+    assert (c.slides, c.sticking_ratio) == (False, 0)
 
 
 def test_file_with_a_key_of_thousands_of_letters_is_refused_shortly():

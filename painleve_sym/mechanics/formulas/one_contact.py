@@ -147,7 +147,7 @@ def _bilateral(mechanism: Mechanism) -> Iterator[Section]:
             ),
         ),
     )
-    if mechanism.coefficients.W_tt == 0:
+    if not mechanism.coefficients.slides:
         yield Section("tangential impact", note=_NOTHING_TO_STOP)
         return
     yield Section(

@@ -148,8 +148,7 @@ class ImpulseRay:
             coefficients.mu * coefficients.W_tt - sp.Abs(coefficients.W_nt),
             "friction cannot hold the contact point, which slips on or back",
         )
-        slides = coefficients.W_tt != 0
-        ratio = -coefficients.W_nt / coefficients.W_tt if slides else sp.Integer(0)
+        ratio = coefficients.sticking_ratio
         return cls._of(coefficients, ratio, sp.Integer(0), (holds,), write)
 
     @classmethod
