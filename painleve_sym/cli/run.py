@@ -30,6 +30,7 @@ from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.problem.risk import slip_angle
 from painleve_sym.quantities import counted
 from painleve_sym.study.scenario import Scenario
 
@@ -128,7 +129,7 @@ def jump_data(impact: JumpResult) -> dict[str, Any]:
     return {
         "mechanism": impact.mechanism,
         "rule": impact.restitution,
-        **plain_fields(impact, "slip", "case", "end", "phases"),
+        **plain_fields(impact, "slip_velocity", "case", "end", "phases"),
         "initial": {"velocity": dict(impact.velocity_before)},
         "final": {"velocity": dict(impact.velocity)},
         **plain_fields(impact, "energy_change", "kinetic_energy"),
@@ -144,12 +145,12 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     show(f"{rule.title}, {rule.parameter.name} = {number(value)}")
     show()
     head: tuple[str, ...] = ("phase", "P_n [N s]", "P_t [N s]", "stored [J]")
-    if scenario.mechanism().outline.in_space:
+    if len(impact.slip_velocity) > 1:
         head = (*head[:2], "P_1 [N s]", "P_2 [N s]", head[-1], "slip [rad]")
     rows = []
     for p in impact.phases:
         P_t = map(number, p.tangential_impulse)
-        way = "" if p.direction is None else number(p.direction)
+        way = number(slip_angle(p.direction)) if any(p.direction) else ""
         cells = (p.name, number(p.normal_impulse), *P_t, number(p.stored_energy), way)
         rows.append(cells[: len(head)])
     show_table(head, rows)

@@ -120,7 +120,7 @@ def _forces_and_accelerations(solution: ContactSolution) -> list[list[float]]:
 
 def _jump(jump: JumpResult) -> list[str]:
     """Return the phases, and the velocities before and after."""
-    tangents = ("1", "2") if any(p.in_space for p in jump.phases) else ("t",)
+    tangents = ("1", "2") if len(jump.slip_velocity) > 1 else ("t",)
     impulses, slips = [f"P_{t} (N s)" for t in tangents], [f"v_{t} (m/s)" for t in tangents]
     head = ("phase", "P_n (N s)", *impulses, "energy gained (J)", *slips, "v_n (m/s)")
     rows = []

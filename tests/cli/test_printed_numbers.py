@@ -81,7 +81,8 @@ def derived(name, data):
     if name == "robot":
         return quantiles_of_poses()
     if name.startswith("jump"):  # which leaves out the defaults of its mechanism
-        return [*ps.model(COMMANDS[name][1]).parameters.values()]
+        angles = [math.atan2(*reversed((*p["direction"], 0.0)[:2])) for p in data["phases"]]
+        return [*ps.model(COMMANDS[name][1]).parameters.values(), *angles]
     return []
 
 

@@ -29,7 +29,6 @@ from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.notebooks import Shown
 from painleve_sym.problem.modes import sign_of
-from painleve_sym.problem.risk import slip_angle
 from painleve_sym.units import Value
 
 Values = dict[str, float]
@@ -57,9 +56,9 @@ class JumpPhase(Compared):
         Of the contact at the end of the phase, along t, in space along t1 and t2; m/s.
     normal_velocity : float
         Of the contact at the end of the phase; m/s.
-    direction : float or None
-        In space the angle from t1 to t2 of the slip at the end of the phase, or of that along which
-        it stops there; rad. None in sticking, and in the plane.
+    direction : tuple of float
+        Unit vector of the slip at the end of the phase, or of that along which it stops there, by
+        tangent; 0 in sticking.
 
     Examples
     --------
@@ -79,18 +78,13 @@ class JumpPhase(Compared):
     velocity: Mapping[str, float]
     slip_velocity: tuple[float, ...]
     normal_velocity: float
-    direction: float | None = None
+    direction: tuple[float, ...]
 
     def __repr__(self) -> str:
         """Return name and impulses in one line."""
         P_t = ", ".join(f"{P:.6g}" for P in self.tangential_impulse)
-        P_t = f"({P_t})" if self.in_space else P_t
+        P_t = f"({P_t})" if len(self.tangential_impulse) > 1 else P_t
         return f"JumpPhase {self.name!r}: P_n = {self.normal_impulse:.6g} N s, P_t = {P_t} N s"
-
-    @property
-    def in_space(self) -> bool:
-        """Whether the contact has two tangents."""
-        return len(self.tangential_impulse) > 1
 
     @property
     def impulse(self) -> tuple[float, ...]:
@@ -98,10 +92,9 @@ class JumpPhase(Compared):
         return (self.normal_impulse, *self.tangential_impulse)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data with the documented keys; `direction` only in space."""
+        """Return plain data with the documented keys."""
         own = ("name", "normal_impulse", "tangential_impulse", "stored_energy", "velocity")
-        ends = ("slip_velocity", "normal_velocity", *(["direction"] if self.in_space else []))
-        return plain_fields(self, *own, *ends)
+        return plain_fields(self, *own, "slip_velocity", "normal_velocity", "direction")
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,9 +105,8 @@ class JumpResult(Shown, Compared):
     ----------
     mechanism, restitution : str
         Names.
-    slip : int, float or None
-        Sign of the slip velocity before the impact, 0 for a start at v_t = 0; in space its angle
-        from t1 to t2 in rad, None for such a start.
+    slip_velocity : tuple of float
+        Of the contact before the impact, by tangent, exactly 0 where it is rounding; m/s.
     phases : tuple of JumpPhase
         Those before the jam where the impact jams, else all.
     energy_change : float
@@ -145,7 +137,7 @@ class JumpResult(Shown, Compared):
 
     mechanism: str
     restitution: str
-    slip: float | None
+    slip_velocity: tuple[float, ...]
     phases: tuple[JumpPhase, ...]
     energy_change: float
     case: ImpactClass
@@ -270,7 +262,6 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
             f"Fix: simulate the flight up to the next contact."
         )
-    slip, slips = _slip_of(v_t), any(v_t)
     impact = _solved(law, values, at, velocity)
     if impact.case is ImpactClass.NO_IMPACT:
         raise InputError(f"{where}: {_no_impact(at, v_t)}")
@@ -281,7 +272,7 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
             f"{where}: got restitution law {law.name!r} in space, need one of "
             f"{sorted(RESTITUTIONS)}: other closed forms are planar. Fix: give one of these."
         )
-    elif slips and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
+    elif any(v_t) and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
         phases, energy = _of_law(mechanism, law, values, (v_n, v_t[0]))
     else:
         raise InputError(
@@ -291,7 +282,7 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     before = {name: values[name] for name in mechanism.outline.velocity_names}
     contact = mechanism.outline.contacts[0].name
     own = (impact.case, impact.end, before, moves.kinetic_energy.item(), contact)
-    return JumpResult(mechanism.name, law.name, slip, phases, energy, *own)
+    return JumpResult(mechanism.name, law.name, tuple(v_t), phases, energy, *own)
 
 
 def contact_velocity_at(
@@ -305,13 +296,6 @@ def contact_velocity_at(
         # Adding 0.0 turns -0.0 into 0.0.
         velocity.append(value + 0.0 if abs(value) > ROUND_OFF * terms else 0.0)
     return velocity
-
-
-def _slip_of(v_t: Sequence[float]) -> float | None:
-    """Return the sign of a slip velocity, in space its angle, None at rest."""
-    if len(v_t) == 1:
-        return sign_of(v_t[0])
-    return slip_angle(v_t) if any(v_t) else None
 
 
 def _solved(
@@ -364,9 +348,7 @@ def _of_impact(
         stored = -phase.normal_work + 0.0
         v_n, *v_t = phase.velocity
         given = phase.name, phase.normal_impulse, phase.tangential_impulse, stored, named
-        turns = len(v_t) > 1 and any(phase.direction)
-        angle = slip_angle(phase.direction) if turns else None
-        phases.append(JumpPhase(*given, tuple(v_t), v_n, angle))
+        phases.append(JumpPhase(*given, tuple(v_t), v_n, phase.direction))
     return tuple(phases)
 
 
@@ -379,19 +361,21 @@ def _of_law(
     from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, raw
 
     v_n, v_t = velocity
-    jump = three_phase_jump(mechanism.coefficients, law, 1 if v_t > 0 else -1, write=raw)
+    s = sign_of(v_t)
+    jump = three_phase_jump(mechanism.coefficients, law, s, write=raw)
     given = {**values, V_N.name: v_n, V_T.name: v_t}
 
     def evaluated(expressions: Sequence[Any]) -> list[float]:
         # Adding 0.0 turns -0.0 into 0.0.
         return [float(number) + 0.0 for number in numbers(expressions, given)]
 
-    phases = []
+    phases = list[JumpPhase]()
     for phase in jump.phases:
         impulses = (phase.normal_impulse, phase.tangential_impulse, phase.stored_energy)
         ends = (phase.slip_velocity, phase.normal_velocity)
         P_n, P_t, stored, slip, normal = evaluated((*impulses, *ends))
         names = map(str, phase.velocity)
         after = dict(zip(names, evaluated(tuple(phase.velocity.values())), strict=True))
-        phases.append(JumpPhase(phase.name, P_n, (P_t,), stored, after, (slip,), normal))
+        sides = (0.0 if phases else float(s),)  # it slips in the first phase, and sticks then
+        phases.append(JumpPhase(phase.name, P_n, (P_t,), stored, after, (slip,), normal, sides))
     return tuple(phases), evaluated((jump.energy_change,))[0]

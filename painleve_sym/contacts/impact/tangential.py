@@ -32,8 +32,8 @@ class TangentialImpact(Compared):
     Attributes
     ----------
     mechanism : str
-    slip : int
-        s before.
+    slip_velocity : tuple of float
+        (v_t,) before; m/s.
     normal_impulse : float
         P_n of either sign; N s.
     tangential_impulse : tuple of float
@@ -55,7 +55,7 @@ class TangentialImpact(Compared):
     """
 
     mechanism: str
-    slip: int
+    slip_velocity: tuple[float, ...]
     normal_impulse: float
     tangential_impulse: tuple[float, ...]
     velocity_before: dict[str, float]
@@ -68,7 +68,7 @@ class TangentialImpact(Compared):
         impulses = ("normal_impulse", "tangential_impulse", "energy_change")
         return {
             "bilateral": True,
-            **plain_fields(self, "mechanism", "slip", *impulses, "case"),
+            **plain_fields(self, "mechanism", "slip_velocity", *impulses, "case"),
             "before": {"velocity": self.velocity_before},
             "final": {"velocity": self.velocity},
         }
@@ -116,8 +116,7 @@ def tangential_impact_at(place: Place) -> TangentialImpact:
     closed_contacts(where, mechanism, at)
     held = np.array(mechanism.outline.held)
     problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, held)
-    slip = problem.slip_direction
-    if not slip:
+    if not problem.slip_direction:
         raise InputError(f"{where}: got v_t = 0, need a slip for an impact to stop.")
     worst = min(problem.A_slip(1), problem.A_slip(1, -1))
     if worst > 0:
@@ -133,7 +132,7 @@ def tangential_impact_at(place: Place) -> TangentialImpact:
     names = mechanism.outline.velocity_names
     return TangentialImpact(
         mechanism=mechanism.name,
-        slip=slip,
+        slip_velocity=(problem.slip_velocity.item(),),
         normal_impulse=P_n,
         tangential_impulse=(P_t,),
         velocity_before={n: place.state[n] for n in names},

@@ -85,7 +85,7 @@ def compare_jump(
     mechanism = simulator.mechanism
     complete = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
     jump = energetic_jump(simulator, complete, parameters)
-    if jump.case is not ImpactClass.C_STICKING or jump.slip == 0:
+    if jump.case is not ImpactClass.C_STICKING or not any(jump.slip_velocity):
         raise InputError(
             f"comparison of {mechanism.name!r}: the impact is {jump.case.value}, need one that "
             "slips, then sticks in compression. Fix: start it in the inconsistent state."
