@@ -45,7 +45,7 @@ def sweep(arguments: argparse.Namespace) -> int:
         print_json(summary)
     else:
         _show(summary)
-    return EXIT_DOUBTFUL if summary["notices"] else 0
+    return EXIT_DOUBTFUL if summary["open_balances"] else 0
 
 
 def _result(text: str) -> Path:

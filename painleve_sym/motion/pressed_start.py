@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeGuard
 
 from painleve_sym.contacts.chatter import REVERSE_CHATTER
 from painleve_sym.laws.catalogue import OwnLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.motion.records import EventRecord
 
 RESOLVED = 1e-6
@@ -34,8 +36,24 @@ def pressed_starts(
         Name, law, gap at the start and scale of the gap, m.
     """
     for name, law, gap, scale in contacts:
-        if law.is_compliant and gap < -RESOLVED * scale and law.remembers:
+        if has_past(law) and gap < -RESOLVED * scale:
             yield PressedStart(name, -gap, law.name, law.remembers)
+
+
+def has_past(law: OwnLaw) -> TypeGuard[ContactLaw]:
+    """Return whether the force of a law depends on more than the state."""
+    return law.is_compliant and bool(law.remembers)
+
+
+def batch_past_notices(count: int, motions: int) -> tuple[str, ...]:
+    """Return a sentence on `count` motions of a batch with a past; none where there are none."""
+    if not count:
+        return ()
+    return (
+        f"{count:,} of {motions:,} motions start with a contact pressed, not by an initial_force, "
+        "and its law depends on the past, which a state does not hold: they begin on the loading "
+        "curve, and continue no other motion. Fix: start with open contacts or an initial_force.",
+    )
 
 
 def past_notices(starts: Iterable[PressedStart]) -> tuple[str, ...]:

@@ -51,6 +51,19 @@ def test_json_has_the_documented_keys(file, capsys):
     assert data["axes"] == {"y_A": "m", "e_energetic": "1"}
 
 
+def test_points_that_start_with_a_past_are_counted_and_no_fault(file, capsys):
+    """Two of six are pressed; their motions are sound ones of another start."""
+    text = BELOW.replace('"rigid"', '"bilinear-hertz"').replace("0.3", "1e-6")
+    axes = "y_A = [-1e-6, 0.0, 0.1], theta_dot = [0.0, 1.0]"
+    text = text.replace("y_A = [-0.01, 0.01, 0.02], e_energetic = [0.2, 0.5]", axes)
+    file.write_text(text)
+    assert main(["sweep", "drops.toml", "--out", "a.npz", "--json", "--threads", "1"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    (notice,) = data["notices"]
+    assert notice.startswith("2 of 6 motions start with a contact pressed")
+    assert data["open_balances"] == 0
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -59,6 +59,20 @@ def test_initial_force_and_an_open_contact_begin_without_a_past():
     assert not any("its past" in text for text in (*pressed.notices, *rounding.notices))
 
 
+@pytest.mark.parametrize("engine", ["compiled", "erk"])
+def test_batch_counts_the_rows_that_start_with_a_past(engine):
+    """Of an open contact, a closed one, rounding and two depths the last two count."""
+    depths = {"theta": 1.0, "y_A": [0.1, 0.0, -1e-18, -1e-6, -2e-6]}
+    runs = ps.simulate_batch("rod", "bilinear-hertz", depths, t_end=1e-6, engine=engine)
+    assert [t[:72] for t in runs.notices] == [
+        "2 of 5 motions start with a contact pressed, not by an initial_force, and"[:72]
+    ]
+    others = ps.simulate_batch("rod", "hertz", depths, t_end=1e-6, engine=engine)
+    closed = {"theta": [1.0, 1.1]}
+    forced = ps.simulate_batch("rod", "bilinear-hertz", closed, initial_force=5.0, t_end=1e-6)
+    assert others.notices == forced.notices == ()
+
+
 def test_rigid_start_with_several_solutions_says_which_is_chosen():
     """Rod of the paradox with B > 0 > A: lift-off, slip and impact are solutions."""
     state, mu = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}, {"mu": 2.0}

@@ -15,10 +15,13 @@ from painleve_sym.contacts.closing import closed_states
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
+from painleve_sym.motion.pressed_start import RESOLVED, has_past
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
 from painleve_sym.units import in_unit
 
+BLOCK = 4096
+"""Rows a thread takes at a time: at the ends of a block lanes are empty."""
 RUNS = -1
 """Code of a row that can run, in place of a reason."""
 _REFUSALS = (INVALID_START, NON_FINITE, LEFT_DOMAIN)
@@ -141,6 +144,22 @@ class BatchInputs(Compared):
             refusal[answers == 0] = reason
         refusal[np.isnan(given).any(axis=1)] = INVALID_START  # nothing closes the contact
         return Starts(states, parameters, scales, refusal)
+
+    @property
+    def pressed_count(self) -> int:
+        """Number of rows that start pressed, not by a force, under a law that remembers."""
+        simulator = self.simulator
+        rows = zip(simulator.contact.rows, simulator.contact.own_laws, strict=True)
+        names = simulator.outline.state_names
+        places = [names.index(row.gap) for row, law in rows if has_past(law)]
+        if not places or self.force is not None:
+            return 0
+        count = 0
+        for first in range(0, self.count, BLOCK):
+            block = self.starts(first, min(first + BLOCK, self.count))
+            deep = block.states[:, places] < -RESOLVED * block.scales[:, places]
+            count += int((deep.any(axis=1) & (block.refusal == RUNS)).sum())
+        return count
 
 
 def _numbers(name: str, given: ArrayLike, unit: str) -> tuple[Array, str | None]:

@@ -19,8 +19,10 @@ from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
+from painleve_sym.motion.batch.inputs import BatchInputs
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
 from painleve_sym.motion.energy_balance import batch_notices, open_from
+from painleve_sym.motion.pressed_start import batch_past_notices
 from painleve_sym.motion.run_record import plain_options
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory, labels
@@ -95,10 +97,21 @@ class BatchResult(Compared):
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Sentences that a reader of the result should know: energy balances that do not close."""
+        """Sentences that a reader of the result should know.
+
+        They count energy balances that do not close, and starts that a state does not determine.
+        """
         residuals = self.rows.energy_residual
         off = residuals[residuals >= open_from(self.options.rtol)]
-        return batch_notices(len(off), len(residuals), float(off.max(initial=0.0)))
+        count, largest = len(residuals), float(off.max(initial=0.0))
+        past = batch_past_notices(self.pressed_count, count)
+        return (*past, *batch_notices(len(off), count, largest))
+
+    @cached_property
+    def pressed_count(self) -> int:
+        """Number of motions that start pressed, not by a force, under a law that remembers."""
+        given = BatchInputs(self.simulator, self.shape, self.inputs, self.initial_force)
+        return given.pressed_count
 
     @property
     def kinds(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError
 from painleve_sym.motion.arguments import BatchArguments, BatchOptions, separated
-from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, Starts
+from painleve_sym.motion.batch.inputs import BLOCK, RUNS, BatchInputs, Starts
 from painleve_sym.motion.batch.machine import check_memory, processor_count, row_bytes
 from painleve_sym.motion.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
 from painleve_sym.motion.batch.result import BatchResult, run_row
@@ -29,8 +29,6 @@ from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
-BLOCK = 4096
-"""Rows a thread takes at a time: at the ends of a block lanes are empty."""
 LEAST_BLOCK = 64
 """... at first and last, so that all threads begin and end together."""
 

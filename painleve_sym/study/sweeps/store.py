@@ -30,6 +30,7 @@ from painleve_sym.codegen.compile import find_compiler, flags
 from painleve_sym.errors import CompilerMissing, InputError, PainleveError, PainleveWarning
 from painleve_sym.files import no_link, write_beside
 from painleve_sym.motion.energy_balance import batch_notices, open_from
+from painleve_sym.motion.pressed_start import batch_past_notices
 from painleve_sym.study.sweeps.sweep import FORMATS, Columns, Sweep
 from painleve_sym.version import __version__
 
@@ -245,6 +246,7 @@ class Store:
         counts = np.zeros(len(reasons), int)
         ranges: dict[str, dict[str, Any]] = {}
         off, largest, limit = 0, 0.0, open_from(sweep.scenario.rtol)
+        pressed = sum(sweep.pressed_count(start, sweep.stop(start)) for start in sweep.starts)
         for chunk in map(self.read, sweep.starts):
             residuals = chunk["energy_residual"]
             off += int((residuals >= limit).sum())
@@ -253,15 +255,18 @@ class Store:
             for name, quantity in sweep.columns.items():
                 if name not in sweep.space.names and sweep.codes(quantity) is None:
                     _widen(ranges, name, chunk[name], sweep.unit(quantity))
+        points = sweep.space.points
+        past, energy = batch_past_notices(pressed, points), batch_notices(off, points, largest)
         return {
             "title": sweep.scenario.title,
             "mechanism": sweep.mechanism.name,
             "law": sweep.simulator.label,
-            "points": sweep.space.points,
+            "points": points,
             "axes": {n: sweep.unit(n) for n in sweep.space.names},
             "stop_reasons": {r: int(n) for r, n in zip(reasons, counts, strict=True) if n},
             "quantities": ranges,
-            "notices": list(batch_notices(off, sweep.space.points, largest)),
+            "open_balances": off,
+            "notices": [*past, *energy],
         }
 
     def finish(self, out: Path) -> None:

@@ -23,10 +23,12 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.mechanics.toml.lines import toml_lines
+from painleve_sym.motion.batch.inputs import BatchInputs
 from painleve_sym.motion.batch.machine import check_memory, row_bytes
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
 from painleve_sym.motion.batch.result import BatchResult, event_dims
 from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.pressed_start import has_past
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.problem.modes import rounded_difference
 from painleve_sym.quantities import unit_of
@@ -269,12 +271,9 @@ class Sweep:
 
     # ---- the work ----
 
-    def compute(self, start: int, stop: int, threads: int | None = None) -> Columns:
-        """Return the columns of the points start..stop − 1.
-
-        Stop reasons and cases are codes (`codes`).
-        """
-        scenario, varied = self.scenario, self.space.values(start, stop)
+    def _given(self, varied: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any], Any]:
+        """Return states, parameters and initial force of points."""
+        scenario = self.scenario
         states: dict[str, Any] = dict(scenario.state or {})
         if scenario.state is None:
             states = {n: v for n, v in self.mechanism.start.items() if n not in varied}
@@ -282,12 +281,29 @@ class Sweep:
         for name, values in varied.items():
             if name != "initial_force":
                 (states if name in self.mechanism.state_names else parameters)[name] = values
+        return states, parameters, varied.get("initial_force", scenario.initial_force)
+
+    def pressed_count(self, start: int, stop: int) -> int:
+        """Return how many of a chunk's points begin with a contact that has a past."""
+        if not any(map(has_past, self.simulator.contact.own_laws)):
+            return 0
+        states, parameters, force = self._given(self.space.values(start, stop))
+        given, close = self.simulator.given(parameters, None), self.scenario.close
+        return BatchInputs.of(self.simulator, states, given, force, close).pressed_count
+
+    def compute(self, start: int, stop: int, threads: int | None = None) -> Columns:
+        """Return the columns of the points start..stop − 1.
+
+        Stop reasons and cases are codes (`codes`).
+        """
+        scenario, varied = self.scenario, self.space.values(start, stop)
+        states, parameters, force = self._given(varied)
         kept: dict[str, Any] = {**scenario.settings.shared(), **vars(self.batch_outputs)}
         ends = run_batch(
             self.simulator,
             states,
             parameters=parameters,
-            initial_force=varied.get("initial_force", scenario.initial_force),
+            initial_force=force,
             close=scenario.close,
             threads=threads,
             **kept,
