@@ -79,7 +79,10 @@ class Answers:
     def _solve(self) -> None:
         solved, singular = self.product.solve()
         for point in solved:
-            self._add(point.forces, self.product.chosen(point.choice))
+            slips = tuple([piece.slips for piece in self.product.chosen(point.choice)])
+            checked = self.law.check(point.forces, slips)  # type: ignore[arg-type]
+            if checked is not None:
+                self._merge(Answer(checked))
         for choice in singular:
             self._add_family(self.law, Family(self.law, self.product.chosen(choice)))
         turning = not self.law.plain and any(map(is_turning, self.law.constraints))

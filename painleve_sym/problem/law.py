@@ -294,7 +294,7 @@ class ScaledLaw:
                 break
         if best is None or best.residual > RESIDUAL_TOLERANCE or self._violates(best):
             return None
-        return best._replace(slips=self._named(best))
+        return Checked(best.forces, self._named(best), best.motion, best.residual)
 
     def _violates(self, point: Checked) -> bool:
         """Return whether a row that must vanish does not, or one has the wrong sign."""

@@ -281,7 +281,10 @@ def solution_of(law: ScaledLaw, answer: Answer, tangents: tuple[int, ...]) -> Co
         numbers = np.array((forces[0::2], forces[1::2], parted, sliding))
         numbers.setflags(write=False)
         normal, tangential, a_n, a_t = numbers
+        brakes: tuple[int, ...] = ()
     else:
+        balls = [(i, c.normal, c.balls[0]) for i, c in enumerate(law.constraints) if c.balls]
+        brakes = tuple([i for i, normal_row, ball in balls if normal_row > ball.rows[0]])
         parted, sliding, pulled = list[float](), list[float](), list[float]()
         for i, constraint in enumerate(law.constraints):
             parted.append(a[constraint.normal] if modes[i] is lift else 0.0)
@@ -295,9 +298,6 @@ def solution_of(law: ScaledLaw, answer: Answer, tangents: tuple[int, ...]) -> Co
             array += 0.0  # no -0.0
             array.setflags(write=False)
     angles = tuple([_angle(checked.slips[i], modes[i]) for i in count])
-    brakes = tuple(
-        [i for i, c in enumerate(law.constraints) if c.balls and c.normal > c.balls[0].rows[0]]
-    )
     return ContactSolution(
         modes,
         angles,
