@@ -28,12 +28,9 @@ if TYPE_CHECKING:
     from painleve_sym.complementarity.lcp import LCP as LCP
     from painleve_sym.complementarity.uniqueness import Uniqueness as Uniqueness
     from painleve_sym.contacts.chatter import Chatter as Chatter
-    from painleve_sym.contacts.classify import Classification as Classification
-    from painleve_sym.contacts.classify import NormalCoefficients as NormalCoefficients
+    from painleve_sym.contacts.classification import Classification as Classification
+    from painleve_sym.contacts.classification import NormalCoefficients as NormalCoefficients
     from painleve_sym.contacts.classify import classify as classify
-    from painleve_sym.contacts.classify_in_space import (
-        SpatialClassification as SpatialClassification,
-    )
     from painleve_sym.contacts.impact.jump import JumpPhase as JumpPhase
     from painleve_sym.contacts.impact.jump import JumpResult as JumpResult
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
@@ -161,8 +158,8 @@ _NAMES = {
     "complementarity.lcp": ("LCP",),
     "complementarity.uniqueness": ("Uniqueness",),
     "contacts.chatter": ("Chatter",),
-    "contacts.classify": ("Classification", "NormalCoefficients", "classify"),
-    "contacts.classify_in_space": ("SpatialClassification",),
+    "contacts.classification": ("Classification", "NormalCoefficients"),
+    "contacts.classify": ("classify",),
     "problem.friction_set": ("Brake", "Disc", "Interval"),
     "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
     "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),

@@ -16,8 +16,7 @@ from painleve_sym.cli.output import (
     show_table,
 )
 from painleve_sym.cli.run import show_case
-from painleve_sym.contacts.classify import Classification, solution_name
-from painleve_sym.contacts.classify_in_space import SpatialClassification
+from painleve_sym.contacts.classification import Classification, solution_name
 from painleve_sym.problem.risk import slip_angle
 from painleve_sym.problem.solution import ContactCase, ContactSolution
 
@@ -41,10 +40,10 @@ def classify(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def show_classification(classification: Classification | SpatialClassification) -> None:
+def show_classification(classification: Classification) -> None:
     """Print the coefficients, the case, every solution and what small bounces do."""
     show()
-    if isinstance(classification, SpatialClassification):
+    if not classification.problem.in_plane:
         _show_in_space(classification)
         return
     if classification.single:
@@ -60,7 +59,7 @@ def show_classification(classification: Classification | SpatialClassification) 
         _show_chatter(classification)
 
 
-def _show_case(classification: Classification | SpatialClassification) -> None:
+def _show_case(classification: Classification) -> None:
     case = classification.case
     show(f"case: {case.value} ({case.sentence})")
     for border in classification.problem.borders:
@@ -69,7 +68,7 @@ def _show_case(classification: Classification | SpatialClassification) -> None:
         show("Only an impulse can answer: see the command jump.")
 
 
-def _show_in_space(classification: SpatialClassification) -> None:
+def _show_in_space(classification: Classification) -> None:
     """Print the sector of the paradox, the case and every solution of contacts in space."""
     problem, solutions = classification.problem, classification.solutions
     if classification.single:
@@ -116,7 +115,7 @@ def _show_in_space(classification: SpatialClassification) -> None:
 
 
 def _show_each_contact(
-    classification: Classification | SpatialClassification,
+    classification: Classification,
     head: tuple[str, ...],
     cells: Iterable[Iterable[tuple[str, ...]]],
 ) -> None:
@@ -159,7 +158,7 @@ def _show_coefficients(classification: Classification) -> None:
 
 
 def _show_closed(
-    classification: Classification | SpatialClassification, slips: Iterable[Iterable[float]]
+    classification: Classification, slips: Iterable[Iterable[float]]
 ) -> None:
     """Print which contacts are closed, with their slip along each tangent, and which are open."""
     named = zip(classification.contacts, slips, strict=True)

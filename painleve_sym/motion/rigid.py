@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
-from painleve_sym.contacts.classify import contact_problem, solution_name
+from painleve_sym.contacts.classification import solution_name
+from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.model import ContactModel
 from painleve_sym.errors import EventKind, InputError

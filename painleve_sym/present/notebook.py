@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from painleve_sym.contacts.classify import Classification
-from painleve_sym.contacts.classify_in_space import SpatialClassification
+from painleve_sym.contacts.classification import Classification
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
@@ -93,13 +92,13 @@ def _mechanism(mechanism: Mechanism) -> list[str]:
     ]
 
 
-def _classification(classification: Classification | SpatialClassification) -> list[str]:
+def _classification(classification: Classification) -> list[str]:
     """Return what the case means, and every solution with its forces and accelerations."""
     sentence = f"<p>{escape(classification.case.sentence)}</p>"
     solutions = classification.solutions
     if not solutions:
         return [sentence]
-    in_space = isinstance(classification, SpatialClassification)
+    in_space = not classification.problem.in_plane
     axes = ("n", "1", "2") if in_space else ("n", "t")
     head = ("solution", "contact", "mode", *(f"F_{k} (N)" for k in axes))
     rows = [
@@ -143,7 +142,6 @@ _PARTS: dict[type, Callable[[Any], list[str]]] = {
     EventRecord: _event,
     Mechanism: _mechanism,
     Classification: _classification,
-    SpatialClassification: _classification,
     JumpResult: _jump,
     RegionMap: _map,
 }

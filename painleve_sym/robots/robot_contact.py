@@ -15,8 +15,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, number, spatial_mobility_faults, whole_number
 from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.classification import Classification
 from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.classify_in_space import SpatialClassification
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.one_contact import Impact, solve_impact
@@ -178,7 +178,7 @@ class RobotContact:
         torques: Mapping[str, Value] | None = None,
         *,
         contact_velocity: Sequence[float] | None = None,
-    ) -> SpatialClassification:
+    ) -> Classification:
         """Return the rigid contact problem of the contact at the pose, with every solution.
 
         Parameters
@@ -210,7 +210,7 @@ class RobotContact:
         answer: Any = classify(
             self.mechanism, state, parameters=parameters, contact_velocity=contact_velocity
         )
-        assert isinstance(answer, SpatialClassification)
+        assert isinstance(answer, Classification)
         return answer
 
     def jump(

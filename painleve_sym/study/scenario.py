@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
-from painleve_sym.contacts.classify import Classification, classify_at
-from painleve_sym.contacts.classify_in_space import SpatialClassification
+from painleve_sym.contacts.classification import Classification
+from painleve_sym.contacts.classify import classify_at
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
@@ -275,7 +275,7 @@ class Scenario:
         own = (of_friction,) if of_friction else ()
         return (*own, *self.mechanism().notices, *border_notices(self.place))
 
-    def classify(self) -> Classification | SpatialClassification:
+    def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""
         return classify_at(self.place)
 

@@ -12,7 +12,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify, solution_name
+from painleve_sym.contacts.classification import solution_name
+from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.guide import TANGENTIAL_IMPACT
 from painleve_sym.contacts.impact.tangential import tangential_impact
 from painleve_sym.errors import InputError, StopReason

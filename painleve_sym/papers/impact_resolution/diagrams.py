@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.complementarity import solve_lemke, solve_mpcc_all
-from painleve_sym.contacts.classify import Classification
+from painleve_sym.contacts.classification import Classification
 from painleve_sym.papers.impact_resolution.claims import NUMBERS
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, checked, table

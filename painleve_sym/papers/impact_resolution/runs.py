@@ -15,7 +15,8 @@ from typing import Any, TypeVar
 import sympy as sp
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.classify import Classification, planar_classification
+from painleve_sym.contacts.classification import Classification
+from painleve_sym.contacts.classify import classify_at
 from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -97,7 +98,7 @@ class Workbench:
     def rigid(self, table: int) -> Classification:
         """Return the rigid contact problem at the state of a table."""
         return self.shared(
-            f"rigid {table}", lambda: planar_classification(self.rod.at(self.state(table)))
+            f"rigid {table}", lambda: classify_at(self.rod.at(self.state(table)))
         )
 
     def run(self, case: Case) -> Trajectory:

@@ -13,8 +13,7 @@ from painleve_sym.choices import EngineLike, Restitution
 from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult
 from painleve_sym.complementarity.mpcc import MPCCSurvey
-from painleve_sym.contacts.classify import Classification
-from painleve_sym.contacts.classify_in_space import SpatialClassification
+from painleve_sym.contacts.classification import Classification
 from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.equality import Compared
@@ -34,7 +33,7 @@ LIFTOFF = "liftoff"
 class AccelerationLevel:
     """The contact problem of the state itself, solved three ways; in space only enumerated."""
 
-    classification: Classification | SpatialClassification
+    classification: Classification
     lemke: LemkeResult[LCPSolution] | None = None
     mpcc: MPCCSurvey | None = None
 

@@ -12,7 +12,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.choices import Restitution
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.contacts.classify_in_space import classified_in_space
+from painleve_sym.contacts.classify import classified
 from painleve_sym.contacts.closing import closing_hint
 from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.contacts.impact.jump import JumpResult, contact_velocity_at
@@ -87,7 +87,7 @@ class SpatialCase(Case):
         at, _ = self._whole
         if not self.closed_at_rest[1]:
             return None
-        return AccelerationLevel(classified_in_space(self.place, at, [0]))
+        return AccelerationLevel(classified(self.place, at, [0]))
 
     def first_steps(self, steps: Sequence[float]) -> tuple[FirstStep, ...]:
         """Return the problems of one time step of each length, solved."""

@@ -14,7 +14,7 @@ from painleve_sym.choices import Policy, Restitution
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.complementarity.lemke import solve_lemke
 from painleve_sym.complementarity.mpcc import solve_mpcc_all
-from painleve_sym.contacts.classify import planar_classification
+from painleve_sym.contacts.classify import classify_at
 from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import compliant_law
@@ -64,7 +64,7 @@ class PlanarCase(Case):
         """Return the contact problem of the state, solved; None where there is none."""
         if not all(self.closed_at_rest):
             return None
-        classification = planar_classification(self.place)
+        classification = classify_at(self.place)
         lcp = classification.problem.lcp()
         return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
