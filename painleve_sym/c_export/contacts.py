@@ -14,7 +14,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.problem.law import ROUNDING
 from painleve_sym.problem.solution import ContactCase
 
-_OF_SEVERAL = (ContactCase.UNIQUE, ContactCase.HYPERSTATIC)
+_OF_SEVERAL = (ContactCase.UNIQUE, ContactCase.UNKNOWN, ContactCase.ONE_KNOWN)
 CASES = tuple(case for case in ContactCase if case not in _OF_SEVERAL)
 """What a single contact may be, in the order of the enum of an export."""
 

@@ -104,7 +104,7 @@ def test_contact_problem_coefficients_and_case_are_the_packages(exported):
             numbers = Coefficients()
             c.mine_contact_coefficients(address(p), address(x), i, ctypes.byref(numbers))
             assert numbers.A[0] == one.A_slip(-1) and numbers.A[1] == one.A_slip(1)
-            assert (numbers.B, numbers.mu) == (one.B, one.friction)
+            assert (numbers.B, numbers.mu) == (one.B, one.mu.item())
             if numbers.W_tt > 0:
                 wanted = (
                     one.W_nn - one.W_nt**2 / one.W_tt,
@@ -173,6 +173,8 @@ def test_cases_in_slip_follow_the_signs_also_where_they_are_zero(exported):
     for A, pull, B, s in itertools.product(signs, signs, signs, (-1, 1)):
         numbers = Coefficients()
         numbers.A[s > 0], numbers.A[s < 0], numbers.B = A, pull, B
+        # Other forces have other motions.
+        numbers.mu, numbers.W_tt, numbers.W_nt = 1.0, 1.0, 0.5
         for i, contact in enumerate(contacts):
             slopes = (A, pull)[: len(contact.sides)]
             (wanted,) = case_codes([np.array([v]) for v in slopes], np.array([B]))
@@ -205,3 +207,34 @@ def test_a_guide_that_needs_no_force_slips_on_or_stays(build, load):
         if all(s.isolated for s in every):
             modes = sorted(CASES[mode].value for mode in listed.mode[: listed.count])
             assert modes == sorted(s.mode.value.partition("_")[0] for s in every)
+
+
+def small(rng):
+    """Return W, b and μ of one contact: small integers, often of low rank and on a border."""
+    L = rng.integers(-2, 3, size=(2, int(rng.integers(1, 3))))
+    W = (L @ L.T).astype(float)
+    inside = rng.random() < 0.5
+    b = W @ rng.integers(-2, 3, size=2) if inside else rng.integers(-3, 4, size=2)
+    mu = float(rng.choice([0.0, 0.5, 1.0, 2.0]))
+    if rng.random() < 0.25 and W[0, 1]:
+        mu = W[0, 0] / abs(W[0, 1])
+    return W, b.astype(float), mu
+
+
+def test_case_of_small_integers_is_the_packages(exported):
+    scenario, _, c = exported
+    rng, seen = np.random.default_rng(8), set()
+    for i, contact in enumerate(scenario.mechanism().contacts):
+        for _ in range(600):
+            W, b, mu = small(rng)
+            (nn, nt), (_, tt) = W
+            stick = (nn - nt**2 / tt, b[0] - nt * b[1] / tt) if tt > 0 else (nn, b[0])
+            one = ContactProblem(W, b, [mu], [0.0])
+            A = (ctypes.c_double * 2)(one.A_slip(-1), one.A_slip(1))
+            numbers = Coefficients(A, b[0], *stick, mu, nn, nt, tt, b[0], b[1])
+            for s in (-1, 0, 1):
+                problem = ContactProblem(W, b, [mu], [float(s)], contact.bilateral)
+                given = CASES[c.mine_case_in_slip(ctypes.byref(numbers), i, s)]
+                assert given is problem.case, (W, b, mu, s, contact.bilateral)
+                seen.add(given)
+    assert len(seen) > 4

@@ -154,7 +154,8 @@ void ${name}_contact_coefficients(const double *p, const double *x, int contact,
 int ${name}_classify(const double *p, const double *x, int contact);
 
 /* Writes the forces that ${name}_classify counts, and returns the case. Where A = B = 0 a ray of
- * forces is possible besides those that are written. */
+ * forces is possible besides those that are written; where the case is hyperstatic, other forces
+ * have the same motion. */
 int ${name}_solve(const double *p, const double *x, int contact, ${name}_solutions *solutions);
 
 /* Returns the case of one contact with these coefficients in slip along s, -1 or 1, whatever slip
