@@ -707,6 +707,59 @@ def test_an_uncoupled_tangent_changes_no_impact():
     assert compared > 2000 and len(cases) > 10
 
 
+TURNS = [(0.6, 0.8), (math.cos(0.7), math.sin(0.7)), (0.0, 1.0)]
+
+
+def _compare_in_turned_tangents(W, mu, velocity, law, e):
+    """Compare an impact with those in turned tangents; return its class and end."""
+    one = solve_impact(W, mu, velocity, law, e)
+    for c, s in TURNS:
+        turn = np.array([[1.0, 0, 0], [0, c, -s], [0, s, c]])
+        other = solve_impact(turn @ W @ turn.T, mu, turn @ velocity, law, e)
+        assert (other.case, other.end) == (one.case, one.end)
+        assert [p.name for p in other.phases] == [p.name for p in one.phases]
+        assert other.velocity == pytest.approx(turn @ one.velocity, abs=1e-9)
+        assert other.impulse == pytest.approx(turn @ one.impulse, abs=1e-8)
+    return one.case, one.end
+
+
+def test_turned_tangents_change_no_impact_of_small_integers():
+    """Every rank, slip of driven surfaces, ties and borders are common there."""
+    rng, cases = np.random.default_rng(8), set()
+    for k in range(600):
+        J = rng.integers(-2, 3, size=(3, rng.integers(1, 4)))
+        moves = rng.integers(-2, 3, size=J.shape[1]) if k % 3 else None
+        v = rng.integers(-2, 3, size=3) if moves is None else J @ moves
+        v = -v if v[0] > 0 else v
+        mu, e = float(rng.choice([0, 0.5, 1, 2])), float(rng.choice([0, 0.5, 1]))
+        cases.add(_compare_in_turned_tangents(J @ J.T, mu, v.astype(float), LAWS[k % 3], e))
+    assert len(cases) > 10
+
+
+@pytest.mark.parametrize(
+    ("W", "mu", "velocity", "case", "end"),
+    [
+        # The slip keeps its speed: k = 0 exactly.
+        ([[2, -2, 0], [-2, 2, 0], [0, 0, 1]], 1.0, (-1, -1, 0), "sliding", "jam"),
+        # The edge of the cone, |W_nt| = μ W_tt.
+        ([[2, -1, 0], [-1, 2, 0], [0, 0, 1]], 0.5, (-1, 0, 0), "c_sticking", "separation"),
+        ([[1, 1, 0], [1, 2, 0], [0, 0, 1]], 0.5, (-1, 0, 0), "c_sticking", "separation"),
+        # Slip tends to a direction in which it keeps its speed, and v_n = v_2 with it.
+        ([[6, -3, 6], [-3, 2, -3], [6, -3, 6]], 1.0, (-4, 1, -4), "sliding", "jam"),
+        # v_n = v_1/2 vanishes faster than the slip, which stops along -t2.
+        ([[2, 4, -1], [4, 8, -2], [-1, -2, 1]], 2.0, (-2, -4, 1), "c_sticking", "jam"),
+        # A driven surface: v_n tends to 0 and never reaches it.
+        ([[1, -1, -1], [-1, 1, 1], [-1, 1, 1]], 1.0, (-2, 1, 2), "sliding", "jam"),
+        # The slip stops where the restitution ends.
+        ([[5, 0, -3], [0, 5, 4], [-3, 4, 5]], 2.0, (-1, 1, 2), "sliding", "separation"),
+    ],
+)
+def test_borders_are_the_same_in_turned_tangents(W, mu, velocity, case, end):
+    e = 1.0 if W[0][0] == 5 else 0.5
+    W, velocity = np.array(W, dtype=float), np.array(velocity, dtype=float)
+    assert _compare_in_turned_tangents(W, mu, velocity, "newton", e) == (case, end)
+
+
 GOOD = np.eye(3).tolist()
 REFUSED = {
     "opening": (GOOD, 0.5, (0.1, 1.0, 0.0), "energetic", 0.5, "need v_n <= 0"),

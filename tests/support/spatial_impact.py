@@ -119,12 +119,13 @@ class SpatialPath:
         return end, np.array(self.phases).reshape(len(self.phases), ROW)
 
     def _rates(self, c: float, s: float) -> tuple[float, float, float]:
-        """Return A, k, h along a direction; A and h are exactly 0 within their rounding."""
+        """Return A, k, h along a direction; they are exactly 0 within their rounding."""
         (w1, w2), (W11, W12, W22), mu = self.w, self.Wtt, self.mu
         f1, f2 = w1 - mu * (W11 * c + W12 * s), w2 - mu * (W12 * c + W22 * s)
         h = c * f2 - s * f1
-        A = rounded_sum(self.Wnn, -mu * w1 * c, -mu * w2 * s)
-        return A, c * f1 + s * f2, h if abs(h) > ROUND_OFF * self.size else 0.0
+        A, k = rounded_sum(self.Wnn, -mu * w1 * c, -mu * w2 * s), c * f1 + s * f2
+        k, h = (rate if abs(rate) > ROUND_OFF * self.size else 0.0 for rate in (k, h))
+        return A, k, h
 
     def _along_across(self, c: float, s: float) -> tuple[float, float]:
         w1, w2 = self.w
@@ -136,9 +137,15 @@ class SpatialPath:
 
     def _sense(self, state: Array) -> float:
         """Return a number with the sign of v_n, also where v_n vanishes with the slip."""
-        if self.singular and self.offset == 0.0:
-            return self._tied_along(*state[:2])
-        return float(state[_N])
+        if not self._tied:
+            return float(state[_N])
+        along = self._tied_along(*state[:2])
+        return along if abs(along) > COINCIDENT * math.hypot(*self.tie) else 0.0
+
+    @property
+    def _tied(self) -> bool:
+        """Whether v_n and the slip vanish together."""
+        return self.singular and self.offset == 0.0
 
     def _at(self, piece: _Piece, x: float) -> Array:
         """Return the state at a place of a piece."""
@@ -336,6 +343,22 @@ class SpatialPath:
                 return ENDED
             self.restitution = int(not falls)
 
+    def _never_ends(self) -> bool:
+        """Whether v_n, tied to the slip of a driven surface, never gets beyond its end."""
+        (w1, _), (W11, _, W22) = self.w, self.Wtt
+        newton = self.law == "newton"
+        if (
+            not self.singular
+            or W22
+            or abs(w1) >= self.mu * W11
+            or (self.restitution and not newton)
+        ):
+            return False
+        cosine, across = w1 / (self.mu * W11), abs(self.state[_V] * self.state[_S])
+        turned = self.tie[0] * across * cosine / math.sqrt(1 - cosine * cosine)
+        above = self.offset + turned - (self.target if self.restitution else 0.0)
+        return bool(above <= _TIED * (abs(self.offset) + abs(turned)))
+
     def _curve(self) -> int:
         """Follow slip that turns, to the end of the impact or to where it stops."""
         both = self.mu * math.hypot(*self.w) > self.Wnn * (1 - COINCIDENT)
@@ -343,9 +366,11 @@ class SpatialPath:
         for i in range(PIECES):
             c, s = self.state[:2]
             A, k, h = self._rates(c, s)
+            if self._never_ends():
+                return JAM
             if h == 0.0:
-                # The slip of a driven surface turns until its part along t1 stays.
-                k = 0.0 if self.Wtt[2] == 0.0 and k <= COINCIDENT * self.size else k
+                stays = self.singular and abs(k) <= COINCIDENT * self.size
+                k = 0.0 if stays else k
                 return self._ray(SLIP, (-self.mu * c, -self.mu * s), A, k)
             if i == 0:
                 limit, (along, across) = self._limit_ahead(h), self._along_across(c, s)
@@ -369,7 +394,10 @@ class SpatialPath:
             if event is not None:
                 # Along an invariant direction, events within a small change of v lose digits.
                 direct = piece.limit is not None and abs(event[1] - 1) < _LEAST_CHANGE
-                if not direct and self._end_part(event[0], self._at(piece, event[1])):
+                reached = self._at(piece, event[1])
+                if event[0] == _LAW and reached[_V] <= COINCIDENT * first:
+                    reached[_V] = 0.0  # it stops at the end
+                if not direct and self._end_part(event[0], reached):
                     return ENDED
                 continue
             self.state = end
@@ -377,9 +405,19 @@ class SpatialPath:
             if (piece.limit is not None and to == 0.0) or end[_V] < _STOPPED * first:
                 self.state[_V] = 0.0
                 self.state[_N] = self.offset if self.singular else self.state[_N]
+                if self.restitution and self._nearly_done():
+                    self._tell(SLIP, *self.state[:2])
+                    return ENDED
                 self._tell(STOPS, *self.state[:2])
                 return _GOES_ON
         return UNFINISHED
+
+    def _nearly_done(self) -> bool:
+        """Whether restitution ends here but for rounding."""
+        at, law = self.state, self.law
+        if law == "newton":
+            return bool(self.target - at[_N] <= COINCIDENT * self.target)
+        return bool(self.left - at[_P if law == "poisson" else _E] <= COINCIDENT * self.left)
 
     def _part_ends(
         self, piece: _Piece, to: float, end: Array, rate: int
@@ -389,7 +427,8 @@ class SpatialPath:
         In the piece v_n is monotonic, with the sign of `rate`.
         """
         if not self.restitution:
-            if rate > 0 and self._sense(end) >= 0.0 and self.state[_N] < 0.0:
+            opens = self._sense(end) > 0.0 if self._tied else end[_N] >= 0.0
+            if rate > 0 and opens and self.state[_N] < 0.0:
                 return _BORDER, self._event_between(piece, _BORDER, piece.begin, to, -1)
             return None
         falls = rate < 0 and self._sense(end) < 0.0
@@ -421,14 +460,16 @@ class SpatialPath:
     def _at_rest(self, kind: int) -> int:
         """Follow a contact without slip: it sticks, or slips as slip can grow."""
         (w1, w2), ratio = self.w, (-self.tie[0], -self.tie[1])
-        if math.hypot(*ratio) <= self.mu:
+        A, k, c, s = 0.0, 0.0, 0.0, 0.0
+        if math.hypot(*ratio) > self.mu:
+            angle = invariant_angles(self.w, self.Wtt, self.mu)[0]
+            c, s = math.cos(angle), math.sin(angle)
+            A, k, _ = self._rates(c, s)
+        if k <= 0.0:
             A = self.Wnn + w1 * ratio[0] + w2 * ratio[1]
             regular = not self.singular and COINCIDENT * self.Wnn < A
             return self._ray(STICK, ratio, A if regular else 0.0, 0.0)
-        angle = invariant_angles(self.w, self.Wtt, self.mu)[0]
-        c, s = math.cos(angle), math.sin(angle)
         self.state[:2] = c, s
-        A, k, _ = self._rates(c, s)
         return self._ray(kind, (-self.mu * c, -self.mu * s), A, k)
 
 

@@ -103,7 +103,7 @@ class ImpactPath:
 
     def _ray_at_rest(self, name: str) -> PathRay:
         W_nn, W_nt, W_tt = self.W
-        if abs(W_nt) > self.mu * W_tt:
+        if rounded_sum(abs(W_nt), -self.mu * W_tt) > 0.0:
             return self._slip_ray(name, 1 if W_nt > 0.0 else -1)
         if W_tt == 0.0:  # no tangential force moves anything
             return PathRay("sticking", ContactMode.STICK, 0.0, 0.0, W_nn, 0.0)

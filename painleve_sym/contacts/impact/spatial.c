@@ -71,7 +71,8 @@ static double w_across(const impact *p, double c, double s) { return added(p->w2
 static double k_of(const impact *p, double c, double s) {
   double f1 = p->w1 - p->mu * (p->W11 * c + p->W12 * s);
   double f2 = p->w2 - p->mu * (p->W12 * c + p->W22 * s);
-  return c * f1 + s * f2;
+  double k = c * f1 + s * f2;
+  return fabs(k) > ROUND_OFF * p->size ? k : 0.0; /* so that no slip stops by rounding alone */
 }
 static double h_of(const impact *p, double c, double s) {
   double f1 = p->w1 - p->mu * (p->W11 * c + p->W12 * s);
@@ -79,10 +80,11 @@ static double h_of(const impact *p, double c, double s) {
   double h = c * f2 - s * f1;
   return fabs(h) > ROUND_OFF * p->size ? h : 0.0; /* below that by the rounding of c and s alone */
 }
-/* k where h = 0: 0 where the slip of a driven surface turns until its part along t1 stays. */
+/* k where h = 0. Slip that turned there has left some rounding in it, by which alone a v_n that is tied
+ * to the slip would end. */
 static double steady_k(const impact *p, double c, double s) {
   double k = k_of(p, c, s);
-  return p->W22 == 0.0 && k <= COINCIDENT * p->size ? 0.0 : k;
+  return p->singular && fabs(k) <= COINCIDENT * p->size ? 0.0 : k;
 }
 /* dh/dphi where h = 0. */
 static double slope_of(const impact *p, double c, double s) {
@@ -91,9 +93,13 @@ static double slope_of(const impact *p, double c, double s) {
 
 /* dv_n/dv along a direction of slip, where W is of rank two. */
 static double tied_along(const impact *p, double c, double s) { return added(p->a1 * c, p->a2 * s); }
-/* A number with the sign of v_n, also at the end of a slip that stops together with v_n. */
+/* Whether v_n and the slip vanish together. */
+static int tied(const impact *p) { return p->singular && p->offset == 0.0; }
+/* A number with the sign of v_n, also at the end of a slip that stops together with v_n: it is 0 there
+ * where v_n is the smaller one. */
 static double sense(const impact *p, const state *a) {
-  return p->singular && p->offset == 0.0 ? tied_along(p, a->c, a->s) : a->n;
+  double along = tied_along(p, a->c, a->s);
+  return !tied(p) ? a->n : fabs(along) > COINCIDENT * hypot(p->a1, p->a2) ? along : 0.0;
 }
 
 /* ---- invariant directions ---- */
@@ -348,6 +354,13 @@ static int nothing_due(const impact *p) {
   return p->law == NEWTON ? p->at.n >= p->target : p->left <= 0.0;
 }
 
+/* Whether restitution ends here but for rounding. */
+static int nearly_done(const impact *p) {
+  const state *a = &p->at;
+  if (p->law == NEWTON) return p->target - a->n <= COINCIDENT * p->target;
+  return p->left - (p->law == POISSON ? a->P : a->E) <= COINCIDENT * p->left;
+}
+
 /* The impulse along a ray to the end of the present part, INFINITY where it never is, and v_n there. */
 static double impulse_to_end(const impact *p, double A, double *n) {
   double left = fmax(0.0, p->left - (p->law == POISSON ? p->at.P : p->at.E));
@@ -391,6 +404,18 @@ static int ray(impact *p, int kind, double r1, double r2, double A, double k) {
   }
 }
 
+/* Whether v_n, which is tied to the slip of a driven surface, never gets beyond what ends the part: the
+ * slip tends to where mu W11 cos = w1. */
+static int never_ends(const impact *p) {
+  const state *a = &p->at;
+  if (!p->singular || p->W22 != 0.0 || fabs(p->w1) >= p->mu * p->W11) return 0;
+  if (p->restitution && p->law != NEWTON) return 0;
+  double cosine = p->w1 / (p->mu * p->W11);
+  double turned = p->a1 * a->v * fabs(a->s) * cosine / sqrt(1 - cosine * cosine);
+  double above = p->offset + turned - (p->restitution ? p->target : 0.0);
+  return above <= TIED * (fabs(p->offset) + fabs(turned));
+}
+
 /* Follows slip that turns, to the end of the impact or to where it stops. */
 static int curve(impact *p) {
   limit l;
@@ -400,6 +425,7 @@ static int curve(impact *p) {
   int known = 0, rate = 1, turn = 0, direct = 0;
   double start = a->v;
   for (int i = 0; i < PIECES; i++) {
+    if (never_ends(p)) return JAM;
     double h = h_of(p, a->c, a->s);
     if (h == 0.0) return ray(p, SLIP, -p->mu * a->c, -p->mu * a->s, A_of(p, a->c, a->s), steady_k(p, a->c, a->s));
     if (!i) {
@@ -420,7 +446,8 @@ static int curve(impact *p) {
       changes = rate * A_of(p, end.c, end.s) < 0.0;
       if (changes) passes = 0, to = event_between(p, &q, RATE, from, to, rate), end = state_at(&q, to);
     }
-    if (!p->restitution && rate > 0 && sense(p, &end) >= 0.0 && a->n < 0.0) {
+    int opens = tied(p) ? sense(p, &end) > 0.0 : end.n >= 0.0;
+    if (!p->restitution && rate > 0 && opens && a->n < 0.0) {
       x = event_between(p, &q, BORDER, from, to, -1);
       if ((direct = too_near(&q, x))) continue;
       *a = state_at(&q, x), a->n = 0.0;
@@ -437,6 +464,7 @@ static int curve(impact *p) {
         if ((direct = too_near(&q, x))) continue;
         *a = state_at(&q, x);
         if (p->law == NEWTON) a->n = p->target;
+        if (a->v <= COINCIDENT * start) a->v = 0.0; /* it stops at the end */
         return tell(p, SLIP, a->c, a->s), ENDED;
       }
       if (falls) { /* compressed again */
@@ -451,6 +479,7 @@ static int curve(impact *p) {
     rate = changes ? -rate : rate, turn = passes ? -turn : turn;
     if ((!q.by_time && to == 0.0) || a->v < STOPPED * start) {
       a->v = 0.0, a->n = p->singular ? p->offset : a->n;
+      if (p->restitution && nearly_done(p)) return tell(p, SLIP, a->c, a->s), ENDED;
       return tell(p, STOPS, a->c, a->s), GOES_ON;
     }
   }
@@ -459,16 +488,17 @@ static int curve(impact *p) {
 
 /* Follows what a contact without slip does: it sticks, or slips in the one direction in which slip grows. */
 static int at_rest(impact *p, int after_stop) {
-  double r1 = -p->a1, r2 = -p->a2;
-  if (hypot(r1, r2) <= p->mu) {
+  double r1 = -p->a1, r2 = -p->a2, k = 0.0, c = 0.0, s = 0.0, angle[4];
+  if (hypot(r1, r2) > p->mu) {
+    if (!invariant_directions(p, angle)) return UNFINISHED;
+    c = cos(angle[0]), s = sin(angle[0]), k = k_of(p, c, s);
+  }
+  if (k <= 0.0) { /* also on the edge of the cone */
     double A = p->Wnn + p->w1 * r1 + p->w2 * r2;
     return ray(p, STICK, r1, r2, !p->singular && A > COINCIDENT * p->Wnn ? A : 0.0, 0.0);
   }
-  double angle[4];
-  if (!invariant_directions(p, angle)) return UNFINISHED;
-  p->at.c = cos(angle[0]), p->at.s = sin(angle[0]);
-  double A = A_of(p, p->at.c, p->at.s), k = k_of(p, p->at.c, p->at.s);
-  return ray(p, after_stop ? RESUMED : SLIP, -p->mu * p->at.c, -p->mu * p->at.s, A, k);
+  p->at.c = c, p->at.s = s;
+  return ray(p, after_stop ? RESUMED : SLIP, -p->mu * c, -p->mu * s, A_of(p, c, s), k);
 }
 
 /* Whether an impact begins: an approach, or at v_n = 0 a slip that does not open the contact. */
