@@ -152,6 +152,7 @@ UNUSED = {
     ("contacts", "complementarity"): "the rigid contact problem in numbers: nothing is derived",
     ("contacts", "problem"): "the same",
     ("engines", "complementarity"): "the same",
+    ("engines", "problem"): "the same",
     ("mechanics", "codegen"): "numbers of formulas: their derivation has its own entry",
 }
 """Imports that derive nothing of an entry, each with the reason."""

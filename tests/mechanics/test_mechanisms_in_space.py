@@ -505,7 +505,7 @@ def test_several_contacts_in_space_share_the_load(capsys):
     sliding = ps.classify(mechanism, {"x_dot": 1.0, "psi_dot": 0.2}, parameters={"mu": 0.4})
     assert sliding.case is ps.ContactCase.UNIQUE and sliding.problem.complete
     [solution] = sliding.solutions
-    for force, slip in zip(solution.forces, sliding.problem.slip, strict=True):
+    for force, slip in zip(solution.contact_forces, sliding.problem.slips, strict=True):
         e = np.array(slip) / np.linalg.norm(slip)
         assert force[0] == pytest.approx(4.9, rel=1e-12)
         assert np.allclose(force[1:], -0.4 * force[0] * e, rtol=1e-12)
@@ -513,7 +513,7 @@ def test_several_contacts_in_space_share_the_load(capsys):
     assert resting.case is ps.ContactCase.HYPERSTATIC and not resting.problem.complete
     [solution] = resting.solutions
     assert solution.isolated is False
-    assert sum(f[0] for f in solution.forces) == pytest.approx(9.8)
+    assert sum(f[0] for f in solution.contact_forces) == pytest.approx(9.8)
     data = resting.to_dict()
     assert "not guaranteed" in data["guarantee"]
     assert set(data["solutions"][0]["contacts"]) == {"A", "B"}
