@@ -1,4 +1,4 @@
-"""Cache entries do not depend on the order of sets, which differs from process to process."""
+"""Cache entries depend neither on the order of sets, which processes differ in, nor on time."""
 
 from __future__ import annotations
 
@@ -11,9 +11,6 @@ import pytest
 SCRIPT = """
 import sys
 from painleve_sym.cli import main
-from painleve_sym.mechanics import kept_forms
-# Every search is kept, not only those that took long.
-kept_forms.LONG = -1.0
 for command in sys.argv[1:]:
     if main(command.split()):
         sys.exit(command)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -11,8 +10,8 @@ import sympy as sp
 
 from painleve_sym.cache import FORM, entry_name, read_entry, write_entry
 
-LONG = 5e-3
-"""Searches that take longer are kept, s."""
+LONG = 150
+"""Length of the text of an expression from which a search takes about 5 ms, and is kept."""
 _OPERATIONS = (sp.Add, sp.Mul, sp.Pow)
 _FUNCTIONS = (
     *(sp.sin, sp.cos, sp.tan, sp.sinh, sp.cosh, sp.tanh),
@@ -32,6 +31,8 @@ class _NotPlain(Exception):
 def kept(title: str, expr: sp.Expr, search: Callable[[sp.Expr], sp.Expr]) -> sp.Expr:
     """Return `search(expr)`, from the cache where it was searched for before.
 
+    What is kept depends on the expression, and not on how long this search took.
+
     What the cache gives is the same expression, argument by argument. The title says what the
     search is; it depends on the expression and on the code of the package alone. Expressions of
     other functions than those of mechanics are searched for each time.
@@ -42,19 +43,20 @@ def kept(title: str, expr: sp.Expr, search: Callable[[sp.Expr], sp.Expr]) -> sp.
     except _NotPlain:
         return search(expr)
     named = [[s.name, sorted(s.assumptions0.items())] for s in symbols]
-    key = entry_name(title, json.dumps([named, plain]), by=("mechanics",))
+    text = json.dumps(plain)
+    if len(text) < LONG:
+        return search(expr)
+    key = entry_name(title, json.dumps([named, text]), by=("mechanics",))
     entry = read_entry(key, FORM)
     if entry is not None:
         return expression_of_plain(entry["form"], symbols)
-    began = time.perf_counter()
     form = search(expr)
-    if time.perf_counter() - began > LONG:
-        try:
-            written = expression_to_plain(form, symbols)
-        except _NotPlain:
-            return form
-        if _same(expression_of_plain(written, symbols), form):
-            write_entry(key, {"form": written}, FORM)
+    try:
+        written = expression_to_plain(form, symbols)
+    except _NotPlain:
+        return form
+    if _same(expression_of_plain(written, symbols), form):
+        write_entry(key, {"form": written}, FORM)
     return form
 
 

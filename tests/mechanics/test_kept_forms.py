@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 
 import pytest
 import sympy as sp
@@ -62,7 +63,7 @@ def never(expr):
 
 
 def test_a_long_search_is_made_once(cache, monkeypatch):
-    monkeypatch.setattr(kept_forms, "LONG", 0.0)
+    monkeypatch.setattr(kept_forms, "LONG", 0)
     form = kept("test", sp.cos(X) ** 2 + Y, lambda expr: expr - 1)
     assert kept("test", sp.cos(X) ** 2 + Y, never) == form
     assert len(list(cache.glob("*.form"))) == 1
@@ -72,8 +73,20 @@ def test_a_long_search_is_made_once(cache, monkeypatch):
     assert kept("another test", sp.cos(X) ** 2 + Y, lambda expr: expr) == sp.cos(X) ** 2 + Y
 
 
+def test_what_is_kept_depends_on_the_expression_and_not_on_the_time_of_its_search(cache):
+    def slowly(expr):
+        time.sleep(0.05)
+        return expr
+
+    kept("test", sp.cos(X) ** 2 + Y, slowly)
+    assert not list(cache.glob("*.form"))
+    long = sum(sp.cos(k * X) * Y**k for k in range(1, 9))
+    assert kept("test", long, lambda expr: expr) == kept("test", long, never)
+    assert len(list(cache.glob("*.form"))) == 1
+
+
 def test_a_form_without_a_name_is_searched_for_each_time(cache, monkeypatch):
-    monkeypatch.setattr(kept_forms, "LONG", 0.0)
+    monkeypatch.setattr(kept_forms, "LONG", 0)
     kept("test", X, lambda expr: expr + sp.Dummy("c"))
     kept("test", sp.gamma(X), lambda expr: expr)
     assert not list(cache.glob("*.form"))
@@ -81,7 +94,7 @@ def test_a_form_without_a_name_is_searched_for_each_time(cache, monkeypatch):
 
 def test_readable_forms_are_taken_from_the_cache(cache, monkeypatch):
     expr = (X * sp.cos(X) ** 2 + X * sp.sin(X) ** 2 + Y) / (X + Y)
-    monkeypatch.setattr(kept_forms, "LONG", 0.0)
+    monkeypatch.setattr(kept_forms, "LONG", 0)
     simplify._readable.cache_clear()
     first = simplify.readable(expr)
     assert list(cache.glob("*.form"))
