@@ -31,7 +31,7 @@ class _NotPlain(Exception):
 def kept(title: str, expr: sp.Expr, search: Callable[[sp.Expr], sp.Expr]) -> sp.Expr:
     """Return `search(expr)`, from the cache where it was searched for before.
 
-    What is kept depends on the expression, and not on how long this search took.
+    Whether the result is kept depends on the expression, and not on the time of the search.
 
     What the cache gives is the same expression, argument by argument. The title says what the
     search is; it depends on the expression and on the code of the package alone. Expressions of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Unpack
@@ -11,6 +11,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import by_name, names_of
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.inputs import closed_place
 from painleve_sym.engines.protocol import RawRun, RunOptions, RunSettings
 from painleve_sym.equality import Compared
@@ -26,6 +27,7 @@ from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 from painleve_sym.motion.records import EngineOutputs
 from painleve_sym.motion.refusals import checked_force, end_detail, refuse, refuse_plastic
 from painleve_sym.motion.run_record import RunRecord
+from painleve_sym.motion.still_contacts import with_still_contacts
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
@@ -131,7 +133,9 @@ class Simulator(Compared, MechanismWithLaws):
         ['slip_stop', 'max_compression']
         """
         settings, begins = separated(self.where, RunArguments, arguments)
-        return self.follow(self.begin(state, **begins), settings)
+        start = self.begin(state, **begins)
+        simulator, start = self.moving(start)
+        return simulator.follow(start, settings)
 
     def follow(self, start: Start, settings: RunSettings) -> Trajectory:
         """Integrate the motion from a start with checked settings."""
@@ -143,6 +147,37 @@ class Simulator(Compared, MechanismWithLaws):
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.place.parameters)
         return trajectory
+
+    def moving(self, start: Start) -> tuple[Simulator, Start]:
+        """Return what runs from a start: another simulator where parameters make a slip 0."""
+        slips = [self.outline.state_names.index(row.slip) for row in self.contact.rows]
+        if all(start.state[i] != 0 for i in slips):
+            return self, start
+        zeros = (name for name, value in start.place.parameters.items() if value == 0)
+        simulator = self.without_slip(start.place.values, zeros)
+        if simulator is self:
+            return self, start
+        own, _ = simulator.prepared(start.place, start.force)
+        return simulator, own._replace(materials=start.materials)
+
+    def without_slip(self, values: Mapping[str, float], zeros: Iterable[str]) -> Simulator:
+        """Return the simulator in which slips that zeros of parameters make 0 are 0."""
+        mechanism = with_still_contacts(self.mechanism, self._numbers, values, zeros)
+        if mechanism is None:
+            return self
+        known = self._of_still_contacts
+        if mechanism.definition not in known:
+            known[mechanism.definition] = Simulator(mechanism, self.law, self.engine)
+        return known[mechanism.definition]
+
+    @cached_property
+    def _numbers(self) -> Delassus:
+        return Delassus.of(self.mechanism)
+
+    @cached_property
+    def _of_still_contacts(self) -> dict[str, Simulator]:
+        """Simulators of mechanisms whose parameters make a slip 0; filled when used."""
+        return {}
 
     def at(
         self,

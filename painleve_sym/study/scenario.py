@@ -304,6 +304,7 @@ class Scenario:
         simulator = Simulator(place.mechanism, contact_law, self.engine)
         whole = simulator.with_laws(place, self.law_parameters, self.material)
         start = simulator.start(whole, self.initial_force, self.material)
+        simulator, start = simulator.moving(start)
         return simulator.follow(start, settings)
 
     def jump(self) -> JumpResult | TangentialImpact:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -148,3 +149,66 @@ def test_run_until_touchdown_has_the_state_before_the_impact_in_its_event():
     assert run.events_of("touchdown")[-1].state["y_dot"] == pytest.approx(-speed, rel=1e-9)
     assert run.final["y_dot"] == pytest.approx(speed / 2, rel=1e-9)
     assert ending(run) == f"ended at t = {run.final_time:.9g} s by touchdown"
+
+
+FALLING = """
+name = "falling"
+[coordinates]
+x = { unit = "m", meaning = "place" }
+y = { unit = "m", meaning = "height" }
+[parameters]
+m = { default = 1.0, unit = "kg", meaning = "mass", positive = true }
+c = { default = 0.0, unit = "1", meaning = "share of the slip" }
+mu = { default = 0.5, unit = "1", meaning = "friction coefficient" }
+[[bodies]]
+mass = "m"
+centre = ["x", "y"]
+[[loads]]
+point = ["x", "y"]
+force = ["2*m", "-9.81*m"]
+[[contacts]]
+name = "foot"
+gap = "y"
+slip_velocity = "SLIP"
+friction = "mu"
+"""
+
+
+QUICK = {("c*y_dot", "rigid", "taylor"), ("c*x_dot", "hertz", "compiled")}
+VANISHING = [
+    pytest.param(*case, marks=() if case in QUICK else pytest.mark.slow)
+    for case in itertools.product(
+        ["c*y_dot", "c*x_dot", "c*(x_dot + y_dot)"], ["rigid", "hertz"], ["taylor", "compiled"]
+    )
+]
+
+
+@pytest.mark.parametrize(("slip", "law", "engine"), VANISHING)
+def test_slip_that_a_parameter_makes_zero_is_that_of_a_contact_without_slip(slip, law, engine):
+    """A fall of 1 cm, its bounces, and the rest: W_tt = 0 where c = 0, and all forces finite."""
+    runs = [
+        ps.simulate(
+            mechanism_from_text(FALLING.replace("SLIP", own)), law, start, t_end=0.1, engine=engine
+        )
+        for own in (slip, "0")
+        for start in ({"y": 0.01}, {"y": 0.0})
+    ]
+    for run, wanted in zip(runs[:2], runs[2:], strict=True):
+        assert run.stop_reason == "t_end"
+        assert [e.kind for e in run.events] == [e.kind for e in wanted.events]
+        assert run.final == wanted.final and run.final_forces == wanted.final_forces
+    assert runs[0].final["x"] == pytest.approx(0.01, rel=1e-12)
+
+
+def test_rows_whose_slip_a_parameter_makes_zero_are_single_runs():
+    mechanism = mechanism_from_text(FALLING.replace("SLIP", "c*y_dot"))
+    rows = ps.simulate_batch(mechanism, "rigid", {"y": [0.01, 0.02]}, t_end=0.1)
+    run = ps.simulate(mechanism, "rigid", {"y": 0.02}, t_end=0.1)
+    assert rows["y"][1] == run.final["y"] == rows.trajectory(1).final["y"]
+    assert list(rows["stop_reason"]) == ["t_end", "t_end"]
+
+
+def test_slip_that_is_there_is_kept():
+    mechanism = mechanism_from_text(FALLING.replace("SLIP", "c*x_dot"))
+    run = ps.simulate(mechanism, "rigid", {"y": 0.0}, parameters={"c": 0.5}, t_end=0.1)
+    assert run.final["x"] == pytest.approx(0.0, abs=1e-12)
