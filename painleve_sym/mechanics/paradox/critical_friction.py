@@ -354,5 +354,7 @@ def _extremes(form: sp.Expr, t: sp.Symbol) -> list[tuple[sp.Expr, sp.Expr]]:
     slope = sp.fraction(sp.together(sp.diff(form, t)))[0]
     points = [(p, form.subs(t, p)) for p in sp.roots(slope, t) if p.is_real is not False]
     points += [(end, sp.limit(form, t, end)) for end in (sp.oo, -sp.oo)]
-    values = [(p, sp.simplify(v)) for p, v in points]
+    # SymPy fails to simplify some infinite limits whose sign is open.
+    infinite = (sp.oo, -sp.oo, sp.zoo, sp.nan)
+    values = [(p, sp.simplify(v)) for p, v in points if not v.has(*infinite)]
     return [(p, v) for p, v in values if v.is_nonnegative and v.is_finite is not False]
