@@ -148,12 +148,16 @@ class Simulator(Compared, MechanismWithLaws):
             return with_limit(self.contact, trajectory, start.place.parameters)
         return trajectory
 
-    def moving(self, start: Start) -> tuple[Simulator, Start]:
-        """Return what runs from a start: another simulator where parameters make a slip 0."""
+    def moving(self, start: Start, varied: Sequence[str] = ()) -> tuple[Simulator, Start]:
+        """Return what runs from a start: another simulator where parameters make a slip 0.
+
+        They are not among the varied ones, by which the motion is differentiated.
+        """
         slips = [self.outline.state_names.index(row.slip) for row in self.contact.rows]
         if all(start.state[i] != 0 for i in slips):
             return self, start
-        zeros = (name for name, value in start.place.parameters.items() if value == 0)
+        given = start.place.parameters.items()
+        zeros = (name for name, value in given if value == 0 and name not in varied)
         simulator = self.without_slip(start.place.values, zeros)
         if simulator is self:
             return self, start

@@ -212,3 +212,15 @@ def test_slip_that_is_there_is_kept():
     mechanism = mechanism_from_text(FALLING.replace("SLIP", "c*x_dot"))
     run = ps.simulate(mechanism, "rigid", {"y": 0.0}, parameters={"c": 0.5}, t_end=0.1)
     assert run.final["x"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_derivatives_of_a_fall_and_its_bounce_are_those_of_closed_form():
+    """A fall of h and a bounce with e, at time t: y = e w s - g s**2/2, s = t - w/g, w**2 = 2gh."""
+    h, g, e, t = 0.01, 9.81, 0.75, 0.08
+    mechanism = mechanism_from_text(FALLING.replace("SLIP", "c*y_dot"))
+    motion = ps.Simulator(mechanism, "rigid").sensitivities({"y": h}, ["y"], t_end=t)
+    w = math.sqrt(2 * g * h)
+    s = t - w / g
+    by_w = e * s - e * w / g + s
+    assert motion.trajectory.final["y"] == pytest.approx(e * w * s - g * s**2 / 2, rel=1e-9)
+    assert motion.final_gradient("y")["y"] == pytest.approx(by_w * g / w, rel=1e-8)

@@ -57,7 +57,7 @@ def differentiated(
     if settings.record == "end":
         settings = replace(settings, record=Record.EVENTS)
     initial_force = begins.get(INITIAL_FORCE)
-    start = simulator.begin(state, **begins)
+    simulator, start = simulator.moving(simulator.begin(state, **begins), wrt)
     key = wrt, initial_force is not None
     known: dict[Any, Directions] = simulator.directions
     directions = known.get(key)
