@@ -78,6 +78,7 @@ from painleve_sym.problem.statement import (
     interval,
     is_brake,
     joined,
+    planar,
     pressed,
     shape_fault,
 )
@@ -302,12 +303,12 @@ class ContactProblem(Compared):
         """The first friction coefficient of each contact, 0 without one; shape (n,)."""
         return np.array([own[0].mu if own else 0.0 for own in self.friction])
 
-    @property
+    @cached_property
     def tangents(self) -> tuple[int, ...]:
         """The number of tangential rows of each contact."""
         return tuple([sum([ball.n_tangents for ball in own]) for own in self.friction])
 
-    @property
+    @cached_property
     def in_plane(self) -> bool:
         """Whether every contact has the rows n, t."""
         return all(len(own) == 1 and type(own[0]) is Interval for own in self.friction)
@@ -630,6 +631,8 @@ class ContactProblem(Compared):
     # ---- parts ----
 
     def _refuse_many(self, where: str) -> None:
+        if len(self.friction) <= CONTACT_LIMIT:
+            return
         count = sum(
             not both or any(ball.mu for ball in own)
             for own, both in zip(self.friction, self.bilateral.tolist(), strict=True)
@@ -656,16 +659,8 @@ class ContactProblem(Compared):
     def _law(self) -> ScaledLaw:
         W, b = self.W.tolist(), self.b.tolist()
         if self.in_plane:
-            held = self.bilateral.tolist()
-            constraints = [
-                Constraint(
-                    2 * i,
-                    (Ball((2 * i + 1,), own[0].mu, (float(s),) if s else ()),),
-                    not held[i],
-                    (1, -1) if held[i] else (1,),
-                )
-                for i, (own, s) in enumerate(zip(self.friction, self.slip_directions, strict=True))
-            ]
+            given = zip(self.friction, self.slip_directions, self.bilateral.tolist(), strict=True)
+            constraints = [planar(i, own[0].mu, s, both) for i, (own, s, both) in enumerate(given)]
             return ScaledLaw(W, b, constraints)
         constraints = []
         for i, (own, rows, slip) in enumerate(
@@ -689,14 +684,16 @@ class ContactProblem(Compared):
     @cached_property
     def _answers(self) -> Answers:
         self._refuse_many("solutions")
-        resting = sum(ball.turns for c in self._law.constraints for ball in c.balls)
+        law = self._law
+        balls = [] if law.plain else [ball for c in law.constraints for ball in c.balls]
+        resting = sum(ball.turns for ball in balls)
         if resting > MAX_RESTING:
             raise InputError(
                 f"solutions() would search for minutes: got {self.size} contacts, {resting} "
                 f"of them in space at rest, need at most {MAX_RESTING}. "
                 "Fix: ask about fewer contacts."
             )
-        return Answers(self._law)
+        return Answers(law)
 
     def _scaled(self, forces: FloatArray) -> list[float]:
         """Return forces by rows of W as those of the scaled law, with what presses brakes."""

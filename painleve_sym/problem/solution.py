@@ -17,7 +17,7 @@ import numpy as np
 from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.equality import Compared
 from painleve_sym.problem.answers import Answer
-from painleve_sym.problem.law import ROUNDING, ScaledLaw, accelerations
+from painleve_sym.problem.law import ROUNDING, ScaledLaw, Slips, accelerations
 from painleve_sym.problem.modes import ContactMode, slip_mode
 from painleve_sym.problem.risk import slip_angle
 
@@ -76,9 +76,9 @@ class ContactSolution(Compared):
     ----------
     modes : tuple of ContactMode
         What each contact does, by its first ball of friction.
-    directions : tuple of (float or None)
-        Angle of the slip, or of the acceleration with which it begins, from t1 towards t2, in rad
-        from −π to π; 0 or π in the plane. None of a contact that sticks or lifts off.
+    slips : tuple of tuples of tuples of float
+        For each contact, and each of its balls of friction, the unit vector along which it slips or
+        begins to; empty where it does not.
     normal_forces : ndarray, shape (n,)
         F_n of each contact, in N; of a `Brake` its limit. Read-only.
     tangential_forces : ndarray, shape (number of tangential rows,)
@@ -107,7 +107,7 @@ class ContactSolution(Compared):
     """
 
     modes: tuple[ContactMode, ...]
-    directions: tuple[float | None, ...]
+    slips: Slips
     normal_forces: FloatArray
     tangential_forces: FloatArray
     normal_accelerations: FloatArray
@@ -117,6 +117,15 @@ class ContactSolution(Compared):
     open_forces: int = 0
     moves: bool | None = False
     brakes: tuple[int, ...] = ()
+
+    @property
+    def directions(self) -> tuple[float | None, ...]:
+        """Angle of the slip of each contact, by its first ball, from t1 towards t2.
+
+        In rad from −π to π; 0 or π in the plane. None of a contact that sticks or lifts off.
+        """
+        firsts = [ways[0] if ways else () for ways in self.slips]
+        return tuple(slip_angle(way) if way else None for way in firsts)
 
     @property
     def isolated(self) -> bool | None:
@@ -270,8 +279,7 @@ def solution_of(law: ScaledLaw, answer: Answer, tangents: tuple[int, ...]) -> Co
     forces = list(map(operator.mul, law.unit, checked.forces))
     a, terms = accelerations(*law.given, forces)
     a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
-    count = range(len(law.constraints))
-    modes = tuple([_mode(law, answer, i) for i in count])
+    modes = tuple([_mode(law, answer, i) for i in range(len(law.constraints))])
     lift = ContactMode.LIFTOFF
     if law.plain and len(a) == 2 * len(modes):  # n, t of each contact
         stick = ContactMode.STICK
@@ -297,10 +305,9 @@ def solution_of(law: ScaledLaw, answer: Answer, tangents: tuple[int, ...]) -> Co
         for array in (normal, tangential, a_n, a_t):
             array += 0.0  # no -0.0
             array.setflags(write=False)
-    angles = tuple([_angle(checked.slips[i], modes[i]) for i in count])
     return ContactSolution(
         modes,
-        angles,
+        checked.slips,
         normal,
         tangential,
         a_n,
@@ -311,10 +318,3 @@ def solution_of(law: ScaledLaw, answer: Answer, tangents: tuple[int, ...]) -> Co
         answer.moves,
         brakes,
     )
-
-
-def _angle(ways: Sequence[tuple[float, ...]], mode: ContactMode) -> float | None:
-    """Return the angle of slip of the first ball."""
-    if mode is ContactMode.LIFTOFF or not ways or not ways[0]:
-        return None
-    return slip_angle(ways[0])

@@ -17,6 +17,14 @@ from painleve_sym.problem.friction_set import Brake, Disc, FrictionSet, Interval
 STATED = "ContactProblem cannot be stated, "
 
 
+# The same few for all states of a mechanism.
+@functools.lru_cache(maxsize=512)
+def planar(i: int, mu: float, slip: int, bilateral: bool) -> Constraint:
+    """Return the constraint of the i-th contact in the plane, with rows n, t."""
+    ball = Ball((2 * i + 1,), mu, (float(slip),) if slip else ())
+    return Constraint(2 * i, (ball,), not bilateral, (1, -1) if bilateral else (1,))
+
+
 def pressed(
     W: list[list[float]], b: list[float], brake: FrictionSet, row: int, slip: Sequence[float]
 ) -> Constraint:
