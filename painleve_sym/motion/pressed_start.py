@@ -36,7 +36,7 @@ def pressed_starts(
         Name, law, gap at the start and scale of the gap, m.
     """
     for name, law, gap, scale in contacts:
-        if has_past(law) and gap < -RESOLVED * scale:
+        if gap < -RESOLVED * scale and has_past(law):  # the latter may derive the law
             yield PressedStart(name, -gap, law.name, law.remembers)
 
 

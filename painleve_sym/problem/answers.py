@@ -113,25 +113,31 @@ class Answers:
 
     def _add_family(self, law: ScaledLaw, family: Family) -> None:
         """Add what a singular choice leaves."""
+        answer = self._of_family(law, family)
+        if answer is not None:
+            self._merge(answer)
+
+    def _of_family(self, law: ScaledLaw, family: Family) -> Answer | None:
+        """Return what a singular choice leaves, None where that is nothing or known."""
         if not family.reached:
             self._families.append(family)
-            return
+            return None
         if not family.moves:
             motion = law.motion(family.forces)
             if any(law.same_motion(motion, a.checked.motion) for a in self.all if law is self.law):
-                return
+                return None
         inside = family.inside()
         if inside is None:
-            return
+            return None
         forces, moves = inside
         if isinstance(law, TurnedLaw):
             forces = law.back(forces)
         checked = self.law.check(forces)
         if checked is None:
-            return
+            return None
         if moves:
             self._moving.append((law, family))
-        self._merge(Answer(checked, 0, moves))
+        return Answer(checked, 0, moves)
 
     @cached_property
     def _may_be_open(self) -> bool:
@@ -187,7 +193,11 @@ class Answers:
         for angle, forces, everywhere in directions(start):
             if forces is None:
                 family = start.turned([angle])
-                self._add_family(family.law, family)
+                answer = self._of_family(family.law, family)
+                if answer is not None and everywhere and not answer.moves:
+                    samples.append(answer.checked)
+                elif answer is not None:
+                    self._merge(answer)
                 continue
             checked = self.law.check(forces, start.slips([angle]))
             if checked is None:

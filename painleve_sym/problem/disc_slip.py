@@ -32,7 +32,8 @@ from painleve_sym.problem.constraints import Vector
 
 _VANISHES = 1e-14  # of the terms of a function of φ: about 50 roundings
 _SAMPLES = 16  # directions tried where G vanishes in all
-_BESIDE = 1e-3  # rad
+BESIDE = 1e-3
+"""Angle between a direction and its neighbour in a continuum; rad."""
 _POLISH = 6  # Newton steps: the roots of the quartic are near
 _MULTIPLE = 256 * 2.0**-52  # of the coefficients: a derivative that vanishes in a multiple root
 _NEAR = 0.05  # of a root of the quartic: where its multiple root lies, rad
@@ -164,7 +165,7 @@ def slips(W: Sequence[Vector], b: Vector, mu: float) -> list[Slip]:
         angles += h.zeros() if h.size > _VANISHES * of_h else []
         angles += A_wave.zeros() if A_wave.size > _VANISHES * of_A else []
         # A neighbour of each: two of them make a continuum.
-        angles += [angle + side * _BESIDE for angle in angles for side in (-1, 1)]
+        angles += [angle + side * BESIDE for angle in angles for side in (-1, 1)]
     else:
         angles = G.zeros()
     begun = list[Slip]()

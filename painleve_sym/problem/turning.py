@@ -15,7 +15,7 @@ import numpy as np
 
 from painleve_sym.complementarity.solution_sets import RANK, FloatArray
 from painleve_sym.problem.constraints import Constraint, Piece, Vector, pressed
-from painleve_sym.problem.disc_slip import quartic_angles, slips, wave_of
+from painleve_sym.problem.disc_slip import BESIDE, quartic_angles, slips, wave_of
 from painleve_sym.problem.families import Family
 from painleve_sym.problem.law import ScaledLaw, Slips
 
@@ -180,7 +180,10 @@ def _bordered(start: Start) -> Iterator[tuple[float, Vector | None, bool]]:
     wave = wave_of(determinant)
     scale = max(1.0, start.law.constraints[start.turning[0][0]].balls[start.turning[0][1]].mu)
     everywhere = wave.size <= 1e-13 * scale
-    angles = [2 * math.pi * k / 16 for k in range(16)] if everywhere else wave.zeros()
+    angles = [] if everywhere else wave.zeros()
+    if everywhere:  # samples, each with neighbours: two motions make a continuum
+        ring = [2 * math.pi * k / 16 for k in range(16)] + _special(start, *start.turning[0])
+        angles = [angle + side * BESIDE for angle in ring for side in (0, -1, 1)]
     for angle in angles:
         yield angle, None, everywhere
 
