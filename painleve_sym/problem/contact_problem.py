@@ -337,18 +337,19 @@ class ContactProblem(Compared):
     # ---- solutions ----
 
     def solutions(self) -> tuple[ContactSolution, ...]:
-        """Find every consistent set of forces, ordered by the normal forces.
+        """Find every consistent motion with its forces, ordered by the normal forces.
 
-        A sliding contact lifts off or slips on; one at rest lifts off, begins to slip either way,
-        or sticks; a bilateral contact pushes or pulls instead of lifting off. All choices are
-        tried, each answer is checked by its residual, and forces met in several choices are one
-        solution. Where a choice leaves a segment, ray or wider set of forces, one representative
-        appears, with `isolated` False. An empty tuple is the inconsistent case.
+        A sliding contact lifts off or slips on; one at rest lifts off, begins to slip, or sticks; a
+        bilateral contact pushes or pulls instead of lifting off. All choices are tried, each answer
+        is checked by its residual, and each motion appears once. Where its forces are open,
+        `open_forces` is not 0 and the shortest ones appear. Of a continuum of motions some appear,
+        with `moves` True. An empty tuple is the inconsistent case where the result is `complete`.
 
         Raises
         ------
         InputError
-            For more than `CONTACT_LIMIT` contacts. Fix: call `solve_lemke` for one solution.
+            For more than `CONTACT_LIMIT` contacts, or `MAX_RESTING` in space at rest. Fix: in the
+            plane, call `solve_lemke` for one solution.
         """
         self._refuse_many("solutions")
         return tuple(map(self._solution, self._answers.all))

@@ -74,11 +74,6 @@ class Family:
         return self._parts[0] is not None
 
     @property
-    def regular(self) -> bool:
-        """Whether the equations leave no force open."""
-        return not self._parts[1].shape[1]
-
-    @property
     def moves(self) -> bool:
         """Whether forces that the equations leave open change an acceleration."""
         null = self._parts[1]
