@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from painleve_sym.cli.case import chosen_mechanism
@@ -20,7 +20,7 @@ from painleve_sym.cli.options import (
 from painleve_sym.cli.output import assignments, deliver_map, number, quantity, show, show_table
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.problem.solution import ContactCase
-from painleve_sym.study.maps.axes import SLIP_DIRECTION
+from painleve_sym.study.maps.axes import SLIP_DIRECTION, axis_units
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 from painleve_sym.study.scenario import Scenario
 
@@ -35,10 +35,7 @@ def map(arguments: argparse.Namespace) -> int:
     over = read_names("--over", arguments.over)
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
 
-    def units() -> Mapping[str, str]:
-        angle = {SLIP_DIRECTION: "rad"} if mechanism.outline.in_space else {}
-        return mechanism.units | angle
-
+    units = partial(axis_units, mechanism)
     options: dict[str, Any] = {
         "ranges": read_ranges("--range", arguments.range, units, "0.1:1.5"),
         "state": read_quantities("--state", arguments.state, units) or None,

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.problem.modes import rounded_difference
 
 RANK_ONE = 1e-10
 """Of the largest mobility of a block: in a direction with less, by the rounding of W, none."""
@@ -34,6 +36,33 @@ def friction_threshold(W: Array) -> Array:
     """
     with np.errstate(divide="ignore"):
         return np.asarray(W[0, 0] / np.linalg.norm(W[1:, 0], axis=0))
+
+
+def slip_slope(W: Array, mu: float | Array, slip: Sequence[Any], side: int = 1) -> Array:
+    """Return A of a_n = A F_n + B in slip along a direction, W_nn − side μ w·e; 1/kg.
+
+    A value within rounding of its two terms is exactly 0: its sign, and with it the case, would be
+    an accident.
+
+    Parameters
+    ----------
+    W : ndarray, shape (m, m, ...)
+        Mobility of one contact, its normal row first; 1/kg. Further axes are those of an array of
+        states.
+    mu : float or ndarray
+        Of the shape of the further axes.
+    slip : sequence of m - 1 float or ndarray
+        The unit vector e along the tangents.
+    side : int
+        Sign of F_n.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of the further axes.
+    """
+    coupling = sum(e * w for e, w in zip(slip, W[0, 1:], strict=True))
+    return rounded_difference(W[0, 0], side * mu * coupling)
 
 
 def slip_direction(W: Array) -> float:
@@ -120,7 +149,27 @@ def holding(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
     tuple of ndarray, shapes (m - rows, rows, ...) and (m - rows, ...)
         Per force of the first rows, and against the free accelerations; N.
     """
-    whole, free = np.moveaxis(W, (0, 1), (-2, -1)), np.moveaxis(b, 0, -1)[..., None]
-    inverse = np.linalg.pinv(whole[..., rows:, rows:], rcond=RANK_ONE, hermitian=True)
-    gain, force = inverse @ whole[..., rows:, :rows], (inverse @ free[..., rows:, :])[..., 0]
-    return np.moveaxis(gain, (-2, -1), (0, 1)), np.moveaxis(force, -1, 0)
+    inverse = _pseudoinverse(W[rows:, rows:])
+    gain = np.einsum("ij...,jk...->ik...", inverse, W[rows:, :rows])
+    return gain, np.einsum("ij...,j...->i...", inverse, b[rows:])
+
+
+def _pseudoinverse(W: Array) -> Array:
+    """Return the Moore–Penrose inverses of symmetric matrices, shape (m, m, ...).
+
+    For one and two rows by formulas: arrays of states have many.
+    """
+    if len(W) == 1:
+        above, below = np.ones_like(W), W[0]
+    elif len(W) == 2:
+        (a, c), (_, d) = W
+        determinant, trace = a * d - c * c, a + d
+        regular = determinant > RANK_ONE * trace * trace
+        # That of a matrix of rank one is the matrix over the square of its trace.
+        above = np.where(regular, np.array([[d, -c], [-c, a]]), W)
+        below = np.where(regular, determinant, trace * trace)
+    else:
+        last = np.moveaxis(W, (0, 1), (-2, -1))
+        inverse = np.linalg.pinv(last, rcond=RANK_ONE, hermitian=True)
+        return np.asarray(np.moveaxis(inverse, (-2, -1), (0, 1)))
+    return np.asarray(np.divide(above, below, out=np.zeros_like(above), where=below != 0))

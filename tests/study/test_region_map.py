@@ -15,8 +15,11 @@ from scipy.optimize import brentq
 import painleve_sym as ps
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify, contact_problem
+from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.declarations import DomainBound
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.modes import ContactMode
 from painleve_sym.study.maps.region_map import LEGEND, RegionMap, region_map
 from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
 
@@ -94,6 +97,28 @@ def test_map_sticking_equals_classify_at_rest(rod, rod_map):
         assert bool(rod_map.stick_feasible[i, j]) == ("stick" in modes)
         seen.add("stick" in modes)
     assert seen == {True, False}
+
+
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+@pytest.mark.parametrize(
+    ("name", "over"),
+    [
+        ("pr-robot", ("theta", "mu")),
+        ("slider-3d", ("psi", "mu")),
+        ("two-link-arm-3d", ("psi", "mu")),
+    ],
+)
+def test_sticking_is_that_of_the_contact_problem(name, over):
+    mechanism = model(name)
+    regions = region_map(mechanism, over, points=6, ranges={"mu": (0.0, 2.0)})
+    for i, j in np.ndindex(regions.case.shape):
+        state, parameters = at_point(regions, i, j, *mechanism.outline.velocity_names[:1], 0.0)
+        at = Delassus.of(mechanism).at({**state, **parameters})
+        bilateral = [mechanism.outline.contacts[0].bilateral]
+        still = ContactProblem(at.W, at.b, at.mu, np.zeros(len(at.b) - 1), bilateral)
+        sticks = any(s.mode is ContactMode.STICK for s in still.solutions())
+        regular = at.A_stick[0] > 1e-12 * at.W[0, 0]
+        assert regions.stick_feasible[i, j] == (sticks and regular)
 
 
 @pytest.mark.parametrize(("mu", "g", "l"), [(1.4, 9.8, 1.0), (1.7, 9.8, 0.7), (1.3334, 3.0, 1.0)])
@@ -522,9 +547,7 @@ def test_crossing_outside_the_domain_is_none(beyond, count):
         domain=(ps.DomainBound(margin, "in its half plane"),),
     )
     ranges = {"theta": (0.5, 1.5), "mu": (0.5, 3.0)}
-    regions = region_map(
-        half, ("theta", "mu"), ranges=ranges, state={"theta_dot": 3.4}, points=40
-    )
+    regions = region_map(half, ("theta", "mu"), ranges=ranges, state={"theta_dot": 3.4}, points=40)
     assert all(len(curve) > 3 for curve in regions.curves.values())
     assert len(regions.crossings) == count
 

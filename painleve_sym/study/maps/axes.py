@@ -87,14 +87,13 @@ def map_place(
     over: str | Sequence[str],
     ranges: Mapping[str, tuple[Value, Value]],
     points: int,
-    slip: float,
     state: Mapping[str, Value] | None,
     parameters: Mapping[str, Value],
     close: str | None,
 ) -> MapPlace:
     """Return the checked axes and held numbers of a map (see `region_map`)."""
     where = f"map of {mechanism.name!r}"
-    _check_kind(mechanism, where, points, slip)
+    whole_number(points, "points along each axis", where=where, lower=MIN_POINTS, upper=MAX_POINTS)
     axes = _checked_names(mechanism, where, over)
     solved = [u.name for u in unknowns(mechanism, close)] if close is not None else []
     for name in solved:
@@ -155,19 +154,25 @@ def reaching(
     return dataclasses.replace(place, values=(values[0], values[1]))
 
 
-def _check_kind(mechanism: Mechanism, where: str, points: int, slip: float) -> None:
+def checked_slip(mechanism: Mechanism, slip: float | None) -> float:
+    """Return the direction of slip, −1 or 1, in space an angle in rad; against t1 where none is."""
+    where = f"map of {mechanism.name!r}"
     if mechanism.outline.in_space:
-        number(slip, "slip, an angle in space", where=where)
-    elif str(slip) not in ("-1", "1"):
+        return number(math.pi if slip is None else slip, "slip, an angle in space", where=where)
+    if str(slip) not in ("-1", "1", "None"):
         raise InputError(f"{where}: slip: got {received(slip)}, need -1 or 1, the sign of v_t.")
-    whole_number(points, "points along each axis", where=where, lower=MIN_POINTS, upper=MAX_POINTS)
+    return -1 if slip is None else int(slip)
+
+
+def axis_units(mechanism: Mechanism) -> dict[str, str]:
+    """Return the SI unit of everything that may be an axis, in space also of the slip's angle."""
+    angle = {SLIP_DIRECTION: "rad"} if mechanism.outline.in_space else {}
+    return mechanism.units | angle
 
 
 def _checked_names(mechanism: Mechanism, where: str, axes: str | Sequence[str]) -> tuple[str, str]:
     over = names_of(axes, f"{where}: axes")
-    known = mechanism.outline.argument_names
-    if mechanism.outline.in_space:
-        known = (*known, SLIP_DIRECTION)
+    known = axis_units(mechanism)
     for name in over:
         refuse_unknown("axis", name, known, where)
         if fault := mechanism.outline.part_fault(name):
@@ -184,7 +189,7 @@ def _parameter(mechanism: Mechanism, name: str) -> Parameter | None:
 
 
 def _checked_range(mechanism: Mechanism, where: str, name: str, span: Any) -> tuple[float, float]:
-    unit = "rad" if name == SLIP_DIRECTION else mechanism.units[name]
+    unit = axis_units(mechanism)[name]
     try:
         low, high = (
             number(end, f"range {name}", where=where, unit=unit)

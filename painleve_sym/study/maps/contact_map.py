@@ -20,8 +20,13 @@ from painleve_sym.contacts.delassus import ContactNumbers, Delassus, argument_sy
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.problem.modes import rounded_difference
-from painleve_sym.problem.risk import friction_threshold, least_over_normals
+from painleve_sym.problem.law import ZERO
+from painleve_sym.problem.risk import (
+    friction_threshold,
+    holding,
+    least_over_normals,
+    slip_slope,
+)
 from painleve_sym.study.maps.axes import SLIP_DIRECTION, MapPlace
 from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
@@ -55,8 +60,8 @@ class ContactMap:
         return Delassus.of(self.mechanism)
 
     @property
-    def _in_space(self) -> bool:
-        return self.mechanism.outline.in_space
+    def _tangents(self) -> int:
+        return self.mechanism.outline.rows.n_tangents
 
     @property
     def _sides(self) -> tuple[int, ...]:
@@ -77,20 +82,14 @@ class ContactMap:
         W, b, mu, B = at.W, at.b, at.mu[0], at.b[0]
         inside = (at.margins > 0).all(axis=0) & np.isfinite(W).all(axis=(0, 1))
         inside &= np.isfinite(b).all(axis=0) & np.isfinite(mu)
-        if self._in_space:
-            angle = np.asarray(grid.get(SLIP_DIRECTION, self.slip))
-            coupling = W[0, 1] * np.cos(angle) + W[0, 2] * np.sin(angle)
-            sticks, thresholds = _sticks_in_space(at, inside)
-        else:
-            coupling = self.slip * W[0, 1]
-            inside &= np.isfinite([at.A_stick[0], at.B_stick[0]]).all(axis=0)
-            sticks, thresholds = _sticks_in_plane(at, inside, self._sides), {}
+        inside &= np.isfinite([at.A_stick[0], at.B_stick[0]]).all(axis=0)
+        along = self._along(np.asarray(grid.get(SLIP_DIRECTION, self.slip)), np.cos, np.sin)
         with np.errstate(all="ignore"):
-            A, *pull = (rounded_difference(W[0, 0], side * mu * coupling) for side in self._sides)
+            A, *pull = (slip_slope(W, mu, along, side) for side in self._sides)
         case = np.where(inside, case_codes((A, *pull), B), LEGEND["outside"]).astype(np.int8)
         fields = {"A": A, "B": B, "A_stick": at.A_stick[0], "B_stick": at.B_stick[0]}
         grids: Grids = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
-        grids |= {"case": case, "stick_feasible": sticks}
+        grids |= {"case": case, "stick_feasible": _sticks(at, inside, self._sides)}
         grids["A_pull"] = np.where(inside, pull[0], np.nan) if pull else None
         grids["flow"] = self._flow(grid, B, case)
         is_open = (np.abs(at.gap) > at.gap_tolerance) | (np.abs(at.gap_rate) > at.rate_tolerance)
@@ -99,12 +98,17 @@ class ContactMap:
             for bound, margin in zip(self.mechanism.outline.domain, at.margins, strict=False)
         ]
         lost = [value for values in near for value in values.tolist()]
+        thresholds = _least_thresholds(W[..., inside]) if self._tangents > 1 else {}
         return grids, is_open[0][inside], thresholds, lost
+
+    def _along(self, slip: Any, cos: Any, sin: Any) -> tuple[Any, ...]:
+        """Return the unit vector of the slip along the tangents: its sign, or of its angle."""
+        return (slip,) if self._tangents == 1 else (cos(slip), sin(slip))
 
     def _flow(self, grid: Mapping[str, Any], B: Array, case: NDArray[np.int8]) -> Array | None:
         """Return the rates of both axes in slip; None in space, and where one is a parameter."""
         outline, over = self.mechanism.outline, self.place.over
-        if self._in_space or not set(over) <= set(outline.state_names):
+        if self._tangents > 1 or not set(over) <= set(outline.state_names):
             return None
         slips = case == LEGEND["slip"]
         # Where there is one solution, F_n has the sign of −B, and friction that of the slip for it.
@@ -122,7 +126,7 @@ class ContactMap:
 
         Both are of a contact in the plane whose friction threshold depends on one coordinate.
         """
-        if self._in_space:
+        if self._tangents > 1:
             return {}
         mechanism, place = self.mechanism, self.place
         over = [c.name for c in mechanism.outline.coordinates if c.name in place.over]
@@ -205,7 +209,7 @@ class ContactMap:
         x = ca.SX.sym("x", len(arguments))
         values = quantities.function(x[:-1])
         friction = x[arguments.index(self.mechanism.outline.contacts[0].friction)]
-        direction = (ca.cos(x[-1]), ca.sin(x[-1])) if self._in_space else (x[-1],)
+        direction = self._along(x[-1], ca.cos, ca.sin)
         W_nt = [values[places[f"W_0_{k}"]] for k in range(1, 1 + len(direction))]
         coupling = sum((w * d for w, d in zip(W_nt, direction, strict=True)), ca.SX(0))
         margins = [values[k] for name, k in places.items() if name.startswith("margin_")]
@@ -273,37 +277,33 @@ def _least_critical_friction(mechanism: Mechanism, over: list[str], slip: int) -
     return value if known else sp.Integer(0)
 
 
-def _sticks_in_plane(
+def _sticks(
     at: ContactNumbers, inside: NDArray[np.bool_], sides: tuple[int, ...]
 ) -> NDArray[np.bool_]:
     """Return whether the contact can stick: a normal force it may have holds the slip."""
-    W_nn, W_nt, W_tt, b_t = at.W[0, 0], at.W[0, 1], at.W[1, 1], at.b[1]
+    W, b = at.W, at.b
     with np.errstate(all="ignore"):
         force = -at.B_stick[0] / at.A_stick[0]
         size = np.max([side * force for side in sides], axis=0)
-        reserve = at.mu[0] * W_tt * size - np.abs(W_nt * force + b_t)
+        gain, free = holding(W, b, 1)
+        needed = -(gain[:, 0] * force + free)
+        # What friction within its bounds leaves of the slip's acceleration is no more than rounding
+        # where it holds the slip; it may miss also a direction in which no motion slides it.
+        friction = needed * np.fmin(1.0, at.mu[0] * size / _length(needed))
+        parts = W[1:, 0] * force, np.einsum("ij...,j...->i...", W[1:, 1:], friction), b[1:]
+        holds = _length(np.sum(parts, axis=0)) <= ZERO * sum(map(_length, parts))
         allowed = (size > 0) | (len(sides) > 1)
-        regular = at.A_stick[0] > SINGULAR * W_nn
-        return np.asarray(inside & regular & allowed & (reserve >= 0))
+        regular = at.A_stick[0] > SINGULAR * W[0, 0]
+        return np.asarray(inside & holds & allowed & regular)
 
 
-def _sticks_in_space(
-    at: ContactNumbers, inside: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], dict[str, float]]:
-    """Return whether the contact can stick, and the least thresholds of friction, where inside."""
-    sticks = np.zeros(inside.shape, np.bool_)
-    if not inside.any():
-        return sticks, {}
-    W, b, mu = at.W[:, :, inside], at.b[:, inside], at.mu[0][inside]
-    stretch, axes = np.linalg.eigh(np.moveaxis(W, -1, 0))
-    regular = stretch[:, 0] > SINGULAR * stretch[:, 2]
-    with np.errstate(all="ignore"):
-        along = (np.swapaxes(axes, 1, 2) @ -b.T[:, :, None])[:, :, 0] / stretch
-        force = (axes @ along[:, :, None])[:, :, 0]
-        held = np.hypot(force[:, 1], force[:, 2]) <= mu * force[:, 0]
-        sticks[inside] = regular & (force[:, 0] > 0) & held
-    least = {
-        "mu_P": float(friction_threshold(W).min()),
-        "least_over_normals": float(least_over_normals(W).min()),
-    }
-    return sticks, {name: v for name, v in least.items() if np.isfinite(v)}
+def _least_thresholds(W: Array) -> dict[str, float]:
+    """Return the least thresholds of friction of mobilities, shape (3, 3, n); none without end."""
+    least = {"mu_P": friction_threshold(W), "least_over_normals": least_over_normals(W)}
+    values = {name: float(v.min(initial=np.inf)) for name, v in least.items()}
+    return {name: v for name, v in values.items() if np.isfinite(v)}
+
+
+def _length(vectors: Array) -> Array:
+    """Return the lengths of vectors along the tangents, shape (1, n) or (2, n)."""
+    return np.asarray(np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,7 +22,7 @@ from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.notebooks import Shown
 from painleve_sym.progress import progress
-from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
+from painleve_sym.study.maps.axes import MapPlace, checked_slip, map_place, reaching
 from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.contact_map import CURVES, ContactMap
 from painleve_sym.units import Value
@@ -284,11 +283,9 @@ def region_map(
     ranges = by_name(ranges, f"{where}: ranges", "{'mu': (0, 2)}")
     parameters = by_name(parameters, f"{where}: parameters", "{'mu': 0.5}")
     mechanism.require_one_contact()
-    in_space = mechanism.outline.in_space
-    if slip is None:
-        slip = math.pi if in_space else -1
-    place = map_place(mechanism, over, ranges, points, slip, state, parameters, close)
-    contact = ContactMap(mechanism, place, float(slip) if in_space else int(slip))
+    slip = checked_slip(mechanism, slip)
+    place = map_place(mechanism, over, ranges, points, state, parameters, close)
+    contact = ContactMap(mechanism, place, slip)
     thresholds = contact.closed_thresholds()
     place = reaching(place, ranges, thresholds.get("mu_P"))
     with progress(f"{where} at {points} x {points} points"):

@@ -30,7 +30,7 @@ from painleve_sym.motion.batch.result import BatchResult, event_dims
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.pressed_start import has_past
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.problem.modes import rounded_difference
+from painleve_sym.problem.risk import slip_slope
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.scenario import MAX_FILE, Scenario
@@ -338,11 +338,9 @@ class Sweep:
             at = Delassus.of(mechanism).at_each(
                 {name: np.broadcast_to(inputs[name], (n,)) for name in names}
             )
-            (W_nn, W_nt), B, slip = at.W[0], at.b[0], at.slip_velocity[0]
-            A = [
-                rounded_difference(W_nn, side * np.sign(slip) * at.mu[0] * W_nt)
-                for side in mechanism.outline.contacts[0].sides
-            ]
+            B, slip = at.b[0], at.slip_velocity[0]
+            sides = mechanism.outline.contacts[0].sides
+            A = [slip_slope(at.W, at.mu[0], [np.sign(slip)], side) for side in sides]
             codes = case_codes(A, B)
         codes = np.where(np.isfinite(A[0] + B), codes, CASES["outside"])
         closed = np.abs(at.gap) <= at.gap_tolerance
