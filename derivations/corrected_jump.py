@@ -6,28 +6,15 @@ import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step, cited
 from derivations.equations_of_motion import mechanism
-from painleve_sym.laws import finite_stiffness as package
-from painleve_sym.laws.finite_stiffness import (
-    A_STICK,
-    B_STICK,
-    B_T,
-    DELTA,
-    DELTA_1,
-    E_S,
-    TIME,
-    V_1,
-    V_T,
-    A,
-    B,
-    C,
-    K,
-    N,
-)
 from painleve_sym.laws.impact_cases import three_phase_jump
 from painleve_sym.mechanics.impact.impulse_rays import V_N
 from painleve_sym.mechanics.impact.impulse_rays import V_T as SLIP
 from painleve_sym.papers.formula import identical
 
+A, B = sp.symbols("A B", negative=True)
+A_STICK, DELTA, DELTA_1, K, N, TIME = sp.symbols("A_stick delta delta_1 K n t_1", positive=True)
+B_STICK, B_T, C, V_T = sp.symbols("B_stick b_t C v_t", real=True)
+E_S, V_1 = sp.Symbol("e_energetic", nonnegative=True), sp.Symbol("v_n_1", negative=True)
 T_INF, V_3, DV_3 = sp.symbols("t_infinity v_n_3 dv_n_3", real=True)
 Z = sp.Symbol("z", positive=True)
 RATE = sp.Function("E")(DELTA)
@@ -68,6 +55,25 @@ QUANTITIES = (
 )
 
 
+_B = 1 / (2 * N)
+RATIO = A * K * DELTA**N / ((N + 1) * B)
+BLOW_UP = sp.sqrt(2 / -B) * (A * K / ((N + 1) * B)) ** -_B
+BLOW_UP *= sp.gamma(1 + _B) * sp.gamma(sp.Rational(1, 2) - _B) / sp.sqrt(sp.pi)
+
+
+def hypergeometric(power: int) -> sp.Expr:
+    """Return the time of slip (power 0), or its impulse (power 1), up to a compression."""
+    b = _B + power
+    series = sp.hyper((sp.Rational(1, 2), b), (1 + b,), -RATIO)
+    return (K * DELTA**N / (2 * N + 1)) ** power * sp.sqrt(2 * DELTA / -B) * series
+
+
+def separation_velocity(v_1: sp.Expr, delta_1: sp.Expr) -> sp.Expr:
+    """Return v_n(t3) from the normal velocity and the compression at the stop of the slip."""
+    kinetic = (1 - A_STICK / A) * v_1**2
+    return E_S * sp.sqrt(kinetic + 2 * (B_STICK - A_STICK * B / A) * delta_1)
+
+
 def slip_steps() -> list[Step]:
     """Return the slip phase: energy integral, time, impulse, stop."""
     energy = sp.integrate(-A * K * DELTA**N - B, (DELTA, 0, DELTA), conds="none")
@@ -78,32 +84,27 @@ def slip_steps() -> list[Step]:
             "by $\\dot\\delta$ and integrated from rest at $\\delta = 0$, with "
             "$E = \\dot\\delta^2/2$:",
             sp.Eq(RATE, energy),
-            package=package.energy_integral(),
         ),
         Step(
             "From another start (surface energy, an oblique approach) it is",
-            sp.Eq(
-                RATE,
-                RATE_0**2 / 2 + package.energy_integral() - package.energy_integral(DELTA_0),
-            ),
+            sp.Eq(RATE, RATE_0**2 / 2 + energy - energy.subs(DELTA, DELTA_0)),
         ),
         Step(
             "From there on $\\int d\\delta/\\dot\\delta$ with its third term is not a "
             "hypergeometric function of one variable: the package integrates it by quadrature and "
             "says so. From rest at $\\delta = 0$, the first term over the second is",
             sp.Eq(Z, sp.simplify(-A * K * DELTA ** (N + 1) / (N + 1) / (-B * DELTA))),
-            package=package.ratio_of_terms(),
         ),
         Step(
             "$t = \\int d\\delta/\\dot\\delta$ is, term by term of the binomial series in $z$, a "
             "Gauss hypergeometric function. The series shows it for $|z| < 1$. Integral and "
             "function are both analytic in $z$ outside $z \\le -1$, so they are equal for every "
             "$z > 0$,",
-            sp.Eq(SLIP_TIME, package.slip_time()),
+            sp.Eq(SLIP_TIME, hypergeometric(0)),
         ),
         Step(
             "and so is the impulse $P = \\int K\\delta^n d\\delta/\\dot\\delta$:",
-            sp.Eq(SLIP_IMPULSE, package.slip_impulse()),
+            sp.Eq(SLIP_IMPULSE, hypergeometric(1)),
         ),
         Step(
             "The slip stops where one scalar equation holds:",
@@ -114,7 +115,6 @@ def slip_steps() -> list[Step]:
             "velocity at the stop, whatever the force law. The classical rule drops the second "
             "term, the impulse of $B$ and $b_t$:",
             sp.Eq(V_1, stop_velocity()),
-            package=package.slip_stop_velocity(),
         ),
     ]
 
@@ -160,7 +160,7 @@ def sticking_steps() -> list[Step]:
     at_end = sp.expand(V_1**2 / 2 + A_STICK * slip + B_STICK * DELTA_1)
     assert sp.simplify(start.subs(K * DELTA_1 ** (N + 1), (N + 1) * slip) - at_end) == 0
     rebound = E_S * sp.sqrt(2 * at_end)
-    assert identical(rebound**2, package.separation_velocity() ** 2)
+    assert identical(rebound**2, separation_velocity(V_1, DELTA_1) ** 2)
     return [
         Step(
             "**Sticking.** From the stop to the largest compression $\\dot\\delta^2/2 + "
@@ -172,7 +172,7 @@ def sticking_steps() -> list[Step]:
             "On the unloading curve $K((\\delta-\\delta_p)/e_s^2)^n$ both terms, with $A'$ and "
             "with $B'$, are $e_s^2$ times those of the loading curve. So the contact leaves with "
             "$v_{n3}^2/2 = e_s^2 h$: the largest compression is not needed,",
-            sp.Eq(V_3, package.separation_velocity()),
+            sp.Eq(V_3, separation_velocity(V_1, DELTA_1)),
             function="v_n_3",
         ),
     ]
@@ -185,12 +185,12 @@ def limit_steps() -> list[Step]:
     beta = sp.gamma(b) * sp.gamma(sp.Rational(1, 2) - b) / sp.gamma(sp.Rational(1, 2))
     # t = √(2/|B|) ζ^(−b) b ∫ z^(b−1) (1 + z)^(−1/2) dz, a Beta integral from 0 to ∞.
     whole = sp.sqrt(2 / -B) * (A * K / ((N + 1) * B)) ** (-b) * b * beta
-    assert sp.gammasimp(whole / package.blow_up_time()) == 1
+    assert sp.gammasimp(whole / BLOW_UP) == 1
     return [
         Step(
             "**Limit.** For $n > 1$ the time of slip stays below its limit for "
             "$\\delta \\to \\infty$, a Beta integral over $z$ that falls like $K^{-1/(2n)}$:",
-            sp.Eq(T_INF, package.blow_up_time()),
+            sp.Eq(T_INF, BLOW_UP),
             function="t_infinity",
         ),
         Step(
@@ -201,7 +201,7 @@ def limit_steps() -> list[Step]:
             "that the first term that a finite stiffness adds to this problem, with its "
             "coefficients frozen, is of the order $K^{-1/(2n)}$ (drift of the configuration adds "
             "another of that order):",
-            sp.Eq(DV_3, package.leading_correction()),
+            sp.Eq(DV_3, -E_S * sp.sqrt(1 - A_STICK / A) * stop_velocity().coeff(TIME) * BLOW_UP),
             function="dv_n_3",
         ),
     ]
@@ -209,9 +209,9 @@ def limit_steps() -> list[Step]:
 
 def check_limit() -> None:
     """Assert that the limit is the classical rule, also as the package derives it for the rod."""
-    assert sp.limit(package.blow_up_time().subs(N, sp.Rational(3, 2)), K, sp.oo) == 0
-    first = package.slip_stop_velocity(sp.Integer(0))
-    classical = package.separation_velocity(first, sp.Integer(0))
+    assert sp.limit(BLOW_UP.subs(N, sp.Rational(3, 2)), K, sp.oo) == 0
+    first = stop_velocity().subs(TIME, 0)
+    classical = separation_velocity(first, sp.Integer(0))
     c = mechanism().coefficients
     jump = three_phase_jump(c)
     values = {A: c.A(-1), A_STICK: c.A_stick, C: c.slip_rate_coefficient(-1), V_T: SLIP}

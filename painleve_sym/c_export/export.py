@@ -141,15 +141,11 @@ def export_scenario(scenario: Scenario, folder: str | Path, name: str | None = N
         scenario.start(),
         folder=folder,
         name=name,
-        t_end=scenario.t_end,
-        until=scenario.until,
         parameters=scenario.parameters,
         law_parameters=scenario.law_parameters,
         initial_force=scenario.initial_force,
         engine=scenario.engine,
-        rtol=scenario.rtol,
-        max_steps=MAX_STEPS if scenario.max_steps is None else scenario.max_steps,
-        max_events=MAX_EVENTS if scenario.max_events is None else scenario.max_events,
+        **scenario.of_run,
     )
 
 

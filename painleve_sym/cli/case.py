@@ -15,12 +15,10 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import NAMED
-from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario
+from painleve_sym.study.scenario import MAX_FILE, Scenario
+from painleve_sym.study.settings import SETTINGS
 
-_OPTIONS = (
-    *("t_end", "until", "initial_force", "rtol", "max_steps", "max_events", "samples", "engine"),
-    *("restitution", "rule", "material", "contact", "close", "contact_velocity", "law"),
-)
+_OPTIONS = tuple(n for n, of in SETTINGS.items() if of.group and of.type != "Mapping[str, float]")
 """Options that give a field of the scenario."""
 _OF_ROBOTS = ("classify", "jump", "contrast")
 """Commands that take the contact of a robot."""
@@ -28,8 +26,7 @@ _OF_ROBOTS = ("classify", "jump", "contrast")
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
     """Return the scenario of the command line: the file, if one is named, under the options."""
-    options = given_options(arguments, *_OPTIONS)
-    given = {FIELDS.get(name, name): value for name, value in options.items()}
+    given = given_options(arguments, *_OPTIONS)
     if of_robot := read_robot_options(arguments):
         given["robot"] = of_robot
     base = _base(arguments.case, arguments.command).updated(given)

@@ -19,6 +19,7 @@ from painleve_sym.cli.options import (
     read_velocity,
 )
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, DERIVE_FORMATS
+from painleve_sym.study.settings import SETTINGS
 
 
 class Option(NamedTuple):
@@ -83,24 +84,28 @@ def in_unit(read: Callable[..., Any], unit: str) -> Reader:
 # ---- options of several commands ----
 
 JSON = flag("--json", "print JSON with full precision")
-CONTACT = text("--contact", "NAME", "of several contacts, consider this one alone")
-MATERIAL = text("--material", "NAME", "sets what it provides (`painleve materials`): steel, or two")
-SET = several("--set", "NAME=VALUE,...", "parameters of the mechanism, such as mu=1.2,m=0.2")
-CLOSE = text(
-    "--close", "COORDINATE", "solve gap = 0 for it; of several contacts CONTACT:COORDINATE"
-)
-CASE = (
-    argument("case", "CASE", "mechanism, or a scenario file (see below)"),
-    several(
-        "--state",
-        "NAME=VALUE,...",
-        "such as theta=1,theta_dot=5, others 0; by default the mechanism's own start",
-    ),
-    SET,
-    MATERIAL,
-    CONTACT,
-    CLOSE,
-)
+_READ: dict[str, Reader] = {
+    "int": read_count,
+    "tuple[float, ...]": read_velocity,
+    "tuple[str, ...]": read_names,
+}
+
+
+def setting(name: str, help_text: str = "") -> Option:
+    """Return the option of a setting of a case; a command may describe it otherwise."""
+    of = SETTINGS[name]
+    make = several if of.type == "Mapping[str, float]" else text
+    read = in_unit(read_number, of.unit or "") if of.type == "float" else _READ.get(of.type)
+    return make(of.option, of.metavar, help_text or of.help, read=read)
+
+
+def settings(group: str) -> tuple[Option, ...]:
+    """Return the options of the settings of a group."""
+    return tuple(setting(name) for name, of in SETTINGS.items() if of.group == group)
+
+
+SET, MATERIAL, CONTACT, CLOSE = map(setting, ("parameters", "material", "contact", "close"))
+CASE = argument("case", "CASE", "mechanism, or a scenario file (see below)"), *settings("case")
 ROBOT = (
     text("--point", "X,Y,Z", "place of the contact in its frame, m; of a round foot its centre"),
     text("--normal", "X,Y,Z", "of the surface, in the world, by default 0,0,1"),
@@ -117,41 +122,12 @@ ROBOT_OF_CASE = tuple(
     Option(o.name, o.settings | {"help": f"robot: {o.settings['help']}"}) for o in ROBOT
 )
 """The same, of commands that take other mechanisms, too."""
-CONTACT_VELOCITY = text(
-    "--contact-velocity",
-    "N,T",
-    "m/s along n and t, in space n, t1, t2: velocities of the state are changed for it",
-    read_velocity,
-)
-LAW = (
-    text("--law", "NAME", "contact law (`painleve laws` lists them)"),
-    several(
-        "--law-set",
-        "NAME=VALUE,...",
-        "parameters and choices of the law, such as E=209e9,reload=elastic",
-    ),
-)
-RESTITUTION = text("--restitution", "E", "coefficient in [0, 1], by default 0.75", read_number)
-ENGINE = text("--engine", "NAME", "auto (default), compiled, taylor or erk")
-NEWTONS = in_unit(read_number, "N")
+CONTACT_VELOCITY = setting("contact_velocity")
+LAW = settings("law")
+RESTITUTION = setting("restitution")
+ENGINE = setting("engine")
 SECONDS = in_unit(read_number, "s")
-INITIAL_FORCE = text(
-    "--initial-force", "N", "start compressed so that the contact carries this force, N", NEWTONS
-)
-MOTION = (
-    *LAW,
-    text("--t-end", "TIME", "end time, s", SECONDS),
-    text(
-        "--until",
-        "EVENT,...",
-        "end at the first event of these kinds, such as separation",
-        read_names,
-    ),
-    INITIAL_FORCE,
-    text("--rtol", "X", "relative tolerance, from 1e-15 up to 1", read_number),
-    text("--max-steps", "N", "stop after N steps, by default 1e6", read_count),
-    text("--max-events", "N", "stop after N events, by default 1e5", read_count),
-)
+MOTION = (*LAW, *settings("motion"))
 MODEL = argument("model", "MODEL", "mechanism (`painleve models`)")
 PICTURE = text("--out", "FILE", "draw it, as PNG, SVG or PDF by the suffix")
 
@@ -318,13 +294,11 @@ command(
     CONTACT_VELOCITY,
     *ROBOT_OF_CASE,
     RESTITUTION,
-    text("--rule", "RULE", "energetic (default), poisson or newton"),
+    setting("rule"),
     *LAW,
-    text(
-        "--initial-force",
-        "N",
+    setting(
+        "initial_force",
         "with a law: the contact starts compressed so that it carries this force, N",
-        NEWTONS,
     ),
     text(
         "--configuration",
@@ -343,7 +317,7 @@ command(
     *CASE,
     *MOTION,
     ENGINE,
-    text("--samples", "N", "also give state and forces at N evenly spaced times", read_count),
+    setting("samples"),
     text("--save", "FILE", "write the whole trajectory, an NPZ file"),
     text("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
     text("--report", "FILE", "write a page about it, .html: formulas, figure, events, sources"),
@@ -389,10 +363,8 @@ command(
         "NAME=FROM:TO,...",
         "ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out",
     ),
-    several(
-        "--state",
-        "NAME=VALUE,...",
-        "coordinates and velocities that are held; by default the start of the mechanism",
+    setting(
+        "state", "coordinates and velocities that are held; by default the start of the mechanism"
     ),
     SET,
     MATERIAL,
@@ -432,7 +404,7 @@ command(
     text(
         "--gradient", "NAME,...", "also the derivatives of the critical force by these", read_names
     ),
-    text("--engine", "NAME", "auto (default), compiled or erk"),
+    setting("engine", "auto (default), compiled or erk"),
     *map_files("the map"),
     details=(
         "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
@@ -491,11 +463,8 @@ command(
         "of time stepping: least-impulse, largest-impulse, lemke, mpcc; in space the first two",
         read_names,
     ),
-    text(
-        "--t-end",
-        "TIME",
-        "when the velocities are compared, s, by default 1e-2; in space the latest end",
-        SECONDS,
+    setting(
+        "t_end", "when the velocities are compared, s, by default 1e-2; in space the latest end"
     ),
     PICTURE,
     *look(),
@@ -524,8 +493,8 @@ command(
         "what to estimate: parameters, or start values of a history",
         read_names,
     ),
-    text("--until", "EVENT,...", "end of each motion, by default that of the impact", read_names),
-    text("--t-end", "TIME", "by when each motion has ended, s, by default 1", SECONDS),
+    setting("until", "end of each motion, by default that of the impact"),
+    setting("t_end", "by when each motion has ended, s, by default 1"),
     text("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
     text("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95", read_number),
     text(
@@ -534,7 +503,7 @@ command(
         "of the model, after which the fit ends, by default 200",
         read_count,
     ),
-    text("--max-steps", "N", "of one motion, by default 50 000", read_count),
+    setting("max_steps", "of one motion, by default 50 000"),
     text("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
     *look(),
     JSON,
@@ -556,7 +525,7 @@ command(
     *MOTION,
     text("--out", "DIR", "folder to write, absent or empty", required=True),
     text("--name", "NAME", "prefix of the C names, by default the mechanism's name"),
-    text("--engine", "NAME", "auto (default), taylor or compiled"),
+    setting("engine", "auto (default), taylor or compiled"),
     JSON,
     details=(
         "CASE, state, parameters and law are those of `painleve simulate`; they are what\n"
@@ -573,8 +542,8 @@ command(
     "write a page that computes contact and motion in the browser",
     *CASE,
     *LAW,
-    text("--t-end", "TIME", "end time of the motions at first, s", SECONDS),
-    INITIAL_FORCE,
+    setting("t_end", "end time of the motions at first, s"),
+    setting("initial_force"),
     text("--docs", "ADDRESS", "documentation site that the page links to, also from the page: .."),
     text("--out", "FILE", "page to write, .html", required=True),
     JSON,
@@ -649,7 +618,7 @@ command(
     "prove that a contact has no paradox on a box of states",
     MODEL,
     several("--over", "NAME=FROM:TO,...", "the box, such as theta=0.2:1.4,mu=1:1.3", required=True),
-    several("--state", "NAME=VALUE,...", "states that are held; by default the model's start"),
+    setting("state", "states that are held; by default the model's start"),
     SET,
     CONTACT,
     text("--out", "FILE", "write the certificate, .json"),

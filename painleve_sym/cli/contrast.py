@@ -38,7 +38,7 @@ def contrast(arguments: argparse.Namespace) -> int:
     out = None if arguments.out is None else figure_file("--out", arguments.out, look)
     scenario = read_case(arguments)
     options = {name: getattr(arguments, name) for name in ("steps", "stiffness", "solvers")}
-    options |= {"t_end": scenario.t_end, "e": scenario.e}
+    options |= {"t_end": scenario.t_end, "e": scenario.restitution}
     given = {name: value for name, value in options.items() if value is not None}
     mechanism = scenario.mechanism()
     comparison = study.compare(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -33,6 +35,7 @@ from painleve_sym.present.trajectory_figure import trajectory_figure
 from painleve_sym.quantities import counted, quantity
 from painleve_sym.references import Reference, citation
 from painleve_sym.study.scenario import Scenario
+from painleve_sym.study.settings import SETTINGS
 
 MAX_EVENTS = 200
 """Rows of the table of events; the others are counted."""
@@ -72,32 +75,16 @@ def run_page(scenario: Scenario, run: Trajectory) -> Page:
 def scenario_command(scenario: Scenario) -> str:
     """Return the command that computes a scenario again."""
     words = ["painleve", "simulate", scenario.model]
-    state = dict(scenario.state or {})
-    pairs: tuple[tuple[str, Mapping[str, object]], ...] = (
-        ("--state", state),
-        ("--set", scenario.parameters),
-        ("--law-set", {**scenario.law_choices, **scenario.law_parameters}),
-    )
-    single = {
-        "--material": scenario.material,
-        "--contact": scenario.contact,
-        "--close": scenario.close,
-        "--law": scenario.law,
-        "--t-end": scenario.t_end,
-        "--until": ",".join(scenario.until) or None,
-        "--initial-force": scenario.initial_force,
-        "--max-steps": scenario.max_steps,
-        "--max-events": scenario.max_events,
-    }
-    for option, value in single.items():
-        words += [option, str(value)] if value is not None else []
-    for option, values in pairs:
-        entries = ",".join(f"{k}={v}" for k, v in values.items())
-        words += [option, entries] if entries else []
-    if scenario.rtol != Scenario(scenario.model).rtol:
-        words += ["--rtol", str(scenario.rtol)]
-    if str(scenario.engine) != "auto":
-        words += ["--engine", str(scenario.engine)]
+    set_of_law: dict[str, Any] = {**scenario.law_choices, **scenario.law_parameters}
+    usual, case = Scenario(""), replace(scenario, law_parameters=set_of_law)
+    for name, setting in SETTINGS.items():
+        value = getattr(case, name)
+        if setting.group in ("", "jump") or value == getattr(usual, name):
+            continue
+        if isinstance(value, Mapping):
+            value = tuple(f"{k}={v}" for k, v in value.items())
+        text = ",".join(value) if isinstance(value, tuple) else str(value)
+        words += [setting.option, text] if text else []
     return shlex.join(words)
 
 

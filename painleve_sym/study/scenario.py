@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.checks import number, whole_number
-from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
+from painleve_sym.choices import EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
 from painleve_sym.contacts.classification import Classification
 from painleve_sym.contacts.classify import classify_at
@@ -20,7 +20,7 @@ from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.contacts.impact.jump import JumpResult, jump_at
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact_at
 from painleve_sym.contacts.inputs import border_notices, inside, place_of
-from painleve_sym.engines.protocol import DEFAULT_RTOL, RunSettings
+from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import LAWS, Law, LawsByContact, law, offered_choices
@@ -37,6 +37,7 @@ from painleve_sym.mechanics.toml.lines import TomlLines, toml_lines
 from painleve_sym.motion.rigidity import body_periods, rigidity_notices
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.study.settings import SETTINGS, CaseSettings, Setting
 
 if TYPE_CHECKING:
     from painleve_sym.motion.finite_stiffness import CorrectedJump
@@ -44,13 +45,12 @@ if TYPE_CHECKING:
 MAX_SAMPLES = 1_000_000
 MAX_FILE = 1_000_000
 """Size limit of a scenario file in bytes; guards against special files."""
-_SETTINGS = ("t_end", "until", "rtol", "max_steps", "max_events")
 MAX_COUNT = 1_000_000_000
 """Of steps and events: what still fits into memory and into the engine's integers."""
 
 
 @dataclass(frozen=True)
-class Scenario:
+class Scenario(CaseSettings):
     """One case: a mechanism, a state, and what the question asked of it needs.
 
     Attributes are those of `simulate`, by the names that a file has; None stands for its defaults,
@@ -60,33 +60,11 @@ class Scenario:
     `robot` and `Robot.contact` that say where it is. A state that is not given is the mechanism's
     start. `contact_velocity` is that of the only contact, for which the velocities of the state are
     changed (see `moving_place`). `law_choices` are named choices of the law, such as ``reload``.
-    `samples` is the number of evenly spaced times to report, at least 2. `e` and `restitution` are
-    those of the jump. `where` is what error messages call this scenario, such as the name of its
-    file.
+    `samples` is the number of evenly spaced times to report, at least 2. `restitution` and `rule`
+    are those of the jump. `where` is what error messages call this scenario, such as the name of
+    its file.
     """
 
-    model: str
-    state: Mapping[str, float] | None = None
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    law: str | None = None
-    law_parameters: Mapping[str, float] = field(default_factory=dict)
-    law_choices: Mapping[str, str] = field(default_factory=dict)
-    t_end: float | None = None
-    until: tuple[str, ...] = ()
-    initial_force: float | None = None
-    engine: EngineLike = EngineName.AUTO
-    rtol: float = DEFAULT_RTOL
-    max_steps: int | None = None
-    max_events: int | None = None
-    samples: int | None = None
-    e: float | None = None
-    restitution: str = Restitution.ENERGETIC
-    material: str | None = None
-    contact: str | None = None
-    close: str | None = None
-    contact_velocity: tuple[float, ...] | None = None
-    robot: Mapping[str, Any] = field(default_factory=dict)
-    title: str = ""
     where: str = "scenario"
 
     # ---- from data ----
@@ -143,8 +121,7 @@ class Scenario:
                 whole = _whole(values, mechanism or model)
         if whole is not None:
             _read_names(faults, whole, values)
-        fields = {FIELDS.get(key, key): value for key, value in values.items()}
-        scenario = cls(**{"model": "", **fields}, where=faults.where)
+        scenario = cls(**{"model": "", **values}, where=faults.where)
         if whole is not None and (scenario.contact is None or is_robot_file(scenario.model)):
             scenario.__dict__["_mechanism"] = whole
         return scenario
@@ -288,8 +265,13 @@ class Scenario:
                 f"{self.where}: no end time, and a motion needs one. "
                 "Fix: give --t-end in s, or t_end in a file."
             )
-        given = {name: getattr(self, name) for name in _SETTINGS}
-        return RunSettings.of(self.where, {n: v for n, v in given.items() if v is not None})
+        return RunSettings.of(self.where, self.of_run)
+
+    @property
+    def of_run(self) -> dict[str, Any]:
+        """Settings of a motion that are given, by their names in `RunSettings`."""
+        own = {f.name: getattr(self, f.name) for f in fields(RunSettings) if f.name in SETTINGS}
+        return {name: value for name, value in own.items() if value is not None}
 
     def simulate(self) -> Trajectory:
         """Return the compliant or rigid motion from the state.
@@ -309,12 +291,12 @@ class Scenario:
 
     def jump(self) -> JumpResult | TangentialImpact:
         """Return the velocity jump at the state, which must be on the surface."""
-        mechanism, rule = self.mechanism(), restitution_law(self.restitution)
+        mechanism, rule = self.mechanism(), restitution_law(self.rule)
         mechanism.require_one_contact()
         if mechanism.outline.contacts[0].bilateral:
-            if self.e is not None:
+            if self.restitution is not None:
                 raise InputError(
-                    f"jump of {mechanism.name!r}: restitution: got {self.e!r}, need none:"
+                    f"jump of {mechanism.name!r}: restitution: got {self.restitution!r}, need none:"
                     " a bilateral contact does not separate. Fix: leave it out."
                 )
             return tangential_impact_at(inside(self.place))
@@ -340,8 +322,8 @@ class Scenario:
 
     def coefficient_of(self, rule: RestitutionLaw) -> float:
         """Return the coefficient of restitution: the one given, else the law's, else default."""
-        if self.e is not None:
-            return self.e
+        if self.restitution is not None:
+            return self.restitution
         return self.law_parameters.get(rule.parameter.name, rule.parameter.default)
 
     def rigidity_notices(self, duration: float) -> tuple[str, ...]:
@@ -365,8 +347,8 @@ class Scenario:
         from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
 
         of_law, own = dict(self.law_parameters), {p.name for p in contact_law.parameters}
-        if self.e is not None and f"e_{self.restitution}" in own:
-            of_law.setdefault(f"e_{self.restitution}", self.e)
+        if self.restitution is not None and f"e_{self.rule}" in own:
+            of_law.setdefault(f"e_{self.rule}", self.restitution)
         place = inside(self._place(*contact_law.parameters, **of_law))
         return evaluate_corrected_jump(
             place.mechanism,
@@ -381,8 +363,6 @@ class Scenario:
 # ---- reading plain data: each reader returns the fields one key sets ----
 
 Reader = Callable[[Faults, str, Any], dict[str, Any]]
-FIELDS = {"restitution": "e", "rule": "restitution"}
-"""Fields of a scenario by the key of a file or the option, where the two differ."""
 
 
 def _value(unit: str | None, **bounds: float) -> Reader:
@@ -576,25 +556,24 @@ def misplaced(name: str, of_law: Sequence[Parameter] | None) -> str:
     )
 
 
-_READERS: Mapping[str, Reader] = {
-    "title": _read_text,
-    "material": _read_text,
-    "contact": _read_text,
-    "close": _read_text,
-    "model": _read_model,
-    "state": _read_table,
-    "parameters": _read_table,
-    "law": _read_law,
-    "t_end": _value("s", above=0.0),
-    "until": _read_until,
-    "initial_force": _value("N", lower=0.0),
-    "engine": _read_choice(EngineName),
-    "rtol": _value(None),
-    "max_steps": _read_count,
-    "max_events": _read_count,
-    "samples": _read_count,
-    "restitution": _value(None, lower=0.0, upper=1.0),
-    "contact_velocity": _read_velocity,
-    "robot": _read_robot,
-    "rule": _read_choice(Restitution),
+_OF_TYPE: Mapping[str, Reader] = {
+    "EngineLike": _read_choice(EngineName),
+    "Mapping[str, float]": _read_table,
+    "RestitutionLike": _read_choice(Restitution),
+    "int": _read_count,
+    "str": _read_text,
+    "tuple[float, ...]": _read_velocity,
+    "tuple[str, ...]": _read_until,
+}
+
+
+def _reader(of: Setting) -> Reader:
+    return _value(of.unit, **of.bounds) if of.type == "float" else _OF_TYPE[of.type]
+
+
+_OWN = {"model": _read_model, "law": _read_law, "robot": _read_robot}
+_READERS = {
+    name: _OWN.get(name) or _reader(of)
+    for name, of in SETTINGS.items()
+    if name not in ("law_parameters", "law_choices")
 }

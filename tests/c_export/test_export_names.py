@@ -42,7 +42,7 @@ def case(tmp_path_factory):
         trajectory=trajectory,
         motion=simulator.start(place).state[: len(place.state)],
         t_end=1e-3,
-        rtol=scenario.rtol,
+        rtol=scenario.settings.rtol,
         until=(),
         limits={},
         initial_force=None,

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from derivations.generated import corrected_jump as forms
 from painleve_sym.codegen import named_mechanisms
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
-from painleve_sym.laws import finite_stiffness as forms
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics import general_contact
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -64,9 +64,8 @@ def test_limit_is_the_classical_rule_and_the_leading_correction_its_approach(rod
     E = K / evaluate_corrected_jump(rod, rule.law, TABLE_3, parameters={"E": 1.0}).stiffness
     jump = rule(TABLE_3, values(rule, E=E)).impacts.head["normal_velocity"]
     classical = evaluate_jump(rod, "energetic", TABLE_3).velocity["y_A_dot"]
-    numbers = {forms.A: A, forms.A_STICK: A_STICK, forms.B: CONTACT["b_n"], forms.C: C}
-    numbers |= {forms.B_T: CONTACT["b_t"], forms.N: 1.764, forms.E_S: 0.75}
-    leading = np.array([float(forms.leading_correction().subs({**numbers, forms.K: k})) for k in K])
+    numbers = {"A": A, "A_stick": A_STICK, "B": CONTACT["b_n"], "C": C, "b_t": CONTACT["b_t"]}
+    leading = np.array([forms.dv_n_3(**numbers, K=k, n=1.764, e_energetic=0.75) for k in K])
     left = (jump - classical) / leading - 1
     assert np.all(np.diff(np.abs(jump - classical)) < 0)
     # The error falls like K^(−(n−1)/(2n(n+1))), 0.72 over four decades.
@@ -81,18 +80,13 @@ def test_separation_velocity_needs_neither_time_nor_largest_compression(rule):
         jump.impacts.phase["compression"][0],
     )
     B_STICK = CONTACT["b_n"] - CONTACT["W_nt"] * CONTACT["b_t"] / CONTACT["W_tt"]
-    numbers = {forms.A: A, forms.A_STICK: A_STICK, forms.B: CONTACT["b_n"]}
-    numbers |= {forms.B_STICK: B_STICK, forms.E_S: 0.75}
-    formula = float(
-        forms.separation_velocity()
-        .subs(numbers)
-        .subs({forms.V_1: float(v_1), forms.DELTA_1: float(delta_1)})
-    )
+    ends = {"v_n_1": float(v_1), "delta_1": float(delta_1), "e_energetic": 0.75}
+    formula = forms.v_n_3(A=A, A_stick=A_STICK, B=CONTACT["b_n"], B_stick=B_STICK, **ends)
     # Reverse slip at the very end takes about 1e-6 of it.
     assert jump.impacts.head["normal_velocity"] == pytest.approx(formula, rel=1e-5)
     t_1 = float(jump.impacts.phase["duration"][0])
-    numbers |= {forms.C: C, forms.B_T: CONTACT["b_t"], forms.V_T: -1.0, forms.TIME: t_1}
-    assert v_1 == pytest.approx(float(forms.slip_stop_velocity().subs(numbers)), rel=1e-12)
+    stop = forms.v_n_1(A=A, B=CONTACT["b_n"], C=C, b_t=CONTACT["b_t"], v_t=-1.0, t_1=t_1)
+    assert v_1 == pytest.approx(stop, rel=1e-12)
 
 
 def test_surface_energy_is_that_of_the_softened_run(rod, rule, simulator):
@@ -211,8 +205,8 @@ def test_strong_damping_leaves_the_rebound_of_hogan_and_kristiansen(damped):
 @pytest.mark.parametrize("c", [0.0, 1e4, 1e6])
 def test_separating_surface_separates(damped, c):
     up, k, F = {**CONTACT, "b_n": 11.2368}, 1e12, 200.0
-    numbers = {forms.A: A, forms.B_FREE: up["b_n"], forms.K: k, forms.DAMPING: c}
-    rate = float(forms.separating_rate().subs({**numbers, forms.DELTA: F / k}))
+    stable = forms.lambda_stable(A=A, K=k, c=c)
+    rate = forms.delta_dot_s(A=A, K=k, delta_0=F / k, B_up=up["b_n"], lambda_stable=stable)
     start = {"slip_velocity": -1.0, "compression": F / k}
     start["compression_rate"] = rate * np.array([0.999, 1.001])
     slip = damped(up, start, {"k": k, "c": c}).phase["slip"]

@@ -245,7 +245,7 @@ class Store:
         reasons = sweep.codes("stop_reason") or {}
         counts = np.zeros(len(reasons), int)
         ranges: dict[str, dict[str, Any]] = {}
-        off, largest, limit = 0, 0.0, open_from(sweep.scenario.rtol)
+        off, largest, limit = 0, 0.0, open_from(sweep.scenario.settings.rtol)
         pressed = sum(sweep.pressed_count(start, sweep.stop(start)) for start in sweep.starts)
         for chunk in map(self.read, sweep.starts):
             residuals = chunk["energy_residual"]
