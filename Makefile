@@ -43,7 +43,7 @@ slow: $(VENV)/.installed ## run the slow tests
 
 # One test file of each stage: what an old release lacks is missed at once.
 OLDEST_TESTS := tests/mechanics/test_coefficients.py tests/codegen/test_bridge.py \
-	tests/complementarity/test_lcp.py tests/contacts/test_classify.py tests/engines/test_engine.py \
+	tests/problem/complementarity/test_lcp.py tests/at/test_classify.py tests/engines/test_engine.py \
 	tests/motion/test_rigid.py tests/motion/test_trajectory.py tests/study/test_fit.py \
 	tests/study/test_region_map.py tests/present/test_figures.py tests/c_export/test_export_names.py
 

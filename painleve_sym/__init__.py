@@ -16,6 +16,15 @@ from painleve_sym.version import __version__ as __version__
 if TYPE_CHECKING:
     from painleve_sym import laws as laws
     from painleve_sym import models as models
+    from painleve_sym.at.classification import Classification as Classification
+    from painleve_sym.at.classification import NormalCoefficients as NormalCoefficients
+    from painleve_sym.at.classify import classify as classify
+    from painleve_sym.at.jump import JumpPhase as JumpPhase
+    from painleve_sym.at.jump import JumpResult as JumpResult
+    from painleve_sym.at.jump import evaluate_jump as evaluate_jump
+    from painleve_sym.at.tangential import TangentialImpact as TangentialImpact
+    from painleve_sym.at.tangential import tangential_impact as tangential_impact
+    from painleve_sym.automata.automaton import HybridAutomaton as HybridAutomaton
     from painleve_sym.c_export.export import Export as Export
     from painleve_sym.c_export.export import export_c as export_c
     from painleve_sym.choices import EngineName as EngineName
@@ -25,25 +34,6 @@ if TYPE_CHECKING:
     from painleve_sym.choices import Reload as Reload
     from painleve_sym.choices import Restitution as Restitution
     from painleve_sym.codegen.named_mechanisms import model as model
-    from painleve_sym.complementarity.lcp import LCP as LCP
-    from painleve_sym.complementarity.uniqueness import Uniqueness as Uniqueness
-    from painleve_sym.contacts.chatter import Chatter as Chatter
-    from painleve_sym.contacts.classification import Classification as Classification
-    from painleve_sym.contacts.classification import NormalCoefficients as NormalCoefficients
-    from painleve_sym.contacts.classify import classify as classify
-    from painleve_sym.contacts.impact.jump import JumpPhase as JumpPhase
-    from painleve_sym.contacts.impact.jump import JumpResult as JumpResult
-    from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
-    from painleve_sym.contacts.impact.one_contact import Impact as Impact
-    from painleve_sym.contacts.impact.one_contact import ImpactEnd as ImpactEnd
-    from painleve_sym.contacts.impact.one_contact import (
-        invariant_directions as invariant_directions,
-    )
-    from painleve_sym.contacts.impact.one_contact import solve_impact as solve_impact
-    from painleve_sym.contacts.impact.path import ImpactPhase as ImpactPhase
-    from painleve_sym.contacts.impact.spatial import InvariantDirection as InvariantDirection
-    from painleve_sym.contacts.impact.tangential import TangentialImpact as TangentialImpact
-    from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
     from painleve_sym.errors import EventKind as EventKind
     from painleve_sym.errors import InputError as InputError
     from painleve_sym.errors import ModelError as ModelError
@@ -52,7 +42,6 @@ if TYPE_CHECKING:
     from painleve_sym.errors import StopReason as StopReason
     from painleve_sym.explorer.page import Page as Page
     from painleve_sym.explorer.page import explore as explore
-    from painleve_sym.hybrid.automaton import HybridAutomaton as HybridAutomaton
     from painleve_sym.laws.catalogue import LawsByContact as LawsByContact
     from painleve_sym.laws.catalogue import law as law
     from painleve_sym.laws.closed_forms import closed_forms as closed_forms
@@ -111,10 +100,21 @@ if TYPE_CHECKING:
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
+    from painleve_sym.problem.complementarity.lcp import LCP as LCP
+    from painleve_sym.problem.complementarity.uniqueness import Uniqueness as Uniqueness
     from painleve_sym.problem.contact_problem import ContactProblem as ContactProblem
     from painleve_sym.problem.friction_set import Brake as Brake
     from painleve_sym.problem.friction_set import Disc as Disc
     from painleve_sym.problem.friction_set import Interval as Interval
+    from painleve_sym.problem.impact.chatter import Chatter as Chatter
+    from painleve_sym.problem.impact.one_contact import Impact as Impact
+    from painleve_sym.problem.impact.one_contact import ImpactEnd as ImpactEnd
+    from painleve_sym.problem.impact.one_contact import (
+        invariant_directions as invariant_directions,
+    )
+    from painleve_sym.problem.impact.one_contact import solve_impact as solve_impact
+    from painleve_sym.problem.impact.path import ImpactPhase as ImpactPhase
+    from painleve_sym.problem.impact.spatial import InvariantDirection as InvariantDirection
     from painleve_sym.problem.modes import ContactMode as ContactMode
     from painleve_sym.problem.one_contact import ContactAnswer as ContactAnswer
     from painleve_sym.problem.one_contact import Sector as Sector
@@ -155,17 +155,17 @@ _NAMES = {
     "c_export.export": ("Export", "export_c"),
     "choices": ("EngineName", "Friction", "Policy", "Record", "Reload", "Restitution"),
     "codegen.named_mechanisms": ("model",),
-    "complementarity.lcp": ("LCP",),
-    "complementarity.uniqueness": ("Uniqueness",),
-    "contacts.chatter": ("Chatter",),
-    "contacts.classification": ("Classification", "NormalCoefficients"),
-    "contacts.classify": ("classify",),
+    "problem.complementarity.lcp": ("LCP",),
+    "problem.complementarity.uniqueness": ("Uniqueness",),
+    "problem.impact.chatter": ("Chatter",),
+    "at.classification": ("Classification", "NormalCoefficients"),
+    "at.classify": ("classify",),
     "problem.friction_set": ("Brake", "Disc", "Interval"),
-    "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
-    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
-    "contacts.impact.path": ("ImpactPhase",),
-    "contacts.impact.spatial": ("InvariantDirection",),
-    "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
+    "at.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
+    "problem.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
+    "problem.impact.path": ("ImpactPhase",),
+    "problem.impact.spatial": ("InvariantDirection",),
+    "at.tangential": ("TangentialImpact", "tangential_impact"),
     "problem.modes": ("ContactMode",),
     "problem.one_contact": ("ContactAnswer", "Sector", "contact"),
     "problem.contact_problem": ("ContactProblem",),
@@ -179,7 +179,7 @@ _NAMES = {
         "StopReason",
     ),
     "explorer.page": ("Page", "explore"),
-    "hybrid.automaton": ("HybridAutomaton",),
+    "automata.automaton": ("HybridAutomaton",),
     "laws.catalogue": ("LawsByContact", "law"),
     "laws.closed_forms": ("closed_forms",),
     "laws.compliance": ("Branch", "Exit"),

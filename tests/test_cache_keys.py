@@ -48,7 +48,7 @@ def test_each_input_of_an_entry_changes_its_name(marks, monkeypatch):
         ("another", "one", "other"), ("title", "1", "other"), ("title", "one", "2"),
         ("title", "other", "one"), ("title", "one"), ("title", "one", "other", "third"),
     )]  # fmt: skip
-    names += [named(*ENTRY, by=by) for by in (("mechanics",), ("mechanics", "laws", "hybrid"))]
+    names += [named(*ENTRY, by=by) for by in (("mechanics",), ("mechanics", "laws", "automata"))]
     for given in (packages, code):
         for key in {"sympy", "casadi", "mechanics", "laws"} & given.keys():
             before, given[key] = given[key], "changed"
@@ -149,9 +149,7 @@ def imported_folders(folder):
 
 
 UNUSED = {
-    ("contacts", "complementarity"): "the rigid contact problem in numbers: nothing is derived",
-    ("contacts", "problem"): "the same",
-    ("engines", "complementarity"): "the same",
+    ("at", "problem"): "the rigid contact problem in numbers: nothing is derived",
     ("engines", "problem"): "the same",
     ("mechanics", "codegen"): "numbers of formulas: their derivation has its own entry",
 }

@@ -11,7 +11,7 @@ import sympy as sp
 
 from derivations.__main__ import DERIVATIONS, write_index
 from derivations._page import ROOT, Derivation, Quantity, Step
-from painleve_sym.contacts.impact.jump import evaluate_jump
+from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.papers.impact_resolution.claims import CLAIMS
 

@@ -20,8 +20,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import painleve_sym as ps
-from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.simultaneous import SimultaneousImpact
 from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.present.style import (
     DASHES,
@@ -32,6 +30,8 @@ from painleve_sym.present.style import (
     save,
     styled,
 )
+from painleve_sym.problem.impact.one_contact import ImpactEnd
+from painleve_sym.problem.impact.simultaneous import SimultaneousImpact
 
 LAWS = ("energetic", "poisson", "newton")
 NAMES = {"energetic": "energetic", "poisson": "Poisson", "newton": "Newton"}

@@ -6,9 +6,9 @@ from typing import Any
 
 import casadi as ca
 
+from painleve_sym.at.delassus import Delassus
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.problem.law import ROUNDING

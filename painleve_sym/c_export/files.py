@@ -10,6 +10,7 @@ from string import Template
 from typing import Any
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.signature import Outline
 from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
@@ -17,7 +18,6 @@ from painleve_sym.engines.compiled import CompiledEngine, EngineCode
 from painleve_sym.engines.protocol import DEFAULT_RTOL, ENGINE_REASONS, RunOptions
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.escape import c_comment, c_name, c_string, markdown_text, one_line
-from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator

@@ -7,10 +7,10 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.at.positive import NO_PARADOX, PositiveFunction, positive_function
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.options import output_file, read_quantities, read_ranges
 from painleve_sym.cli.output import number, print_json, show, show_notices
-from painleve_sym.contacts.positive import NO_PARADOX, PositiveFunction, positive_function
 from painleve_sym.errors import InputError
 from painleve_sym.files import read_text, write_beside
 from painleve_sym.quantities import counted

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable, Iterator
 
+from painleve_sym.at.classification import Classification, solution_name
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.output import (
     notices_data,
@@ -16,7 +17,6 @@ from painleve_sym.cli.output import (
     show_table,
 )
 from painleve_sym.cli.run import show_case
-from painleve_sym.contacts.classification import Classification, solution_name
 from painleve_sym.problem.risk import slip_angle
 from painleve_sym.problem.solution import ContactCase, ContactSolution
 

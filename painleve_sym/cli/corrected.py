@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.at.jump import JumpResult
 from painleve_sym.cli.output import number, quantity, show, show_table, velocity_table
-from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.files import plain_fields
 
 if TYPE_CHECKING:

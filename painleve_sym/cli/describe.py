@@ -34,7 +34,7 @@ from painleve_sym.quantities import counted
 from painleve_sym.references import Reference, cited_works, reference
 
 if TYPE_CHECKING:
-    from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
+    from painleve_sym.automata.automaton import HybridAutomaton, Transition
 
 
 # ---- models ----

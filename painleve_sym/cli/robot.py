@@ -35,8 +35,8 @@ from painleve_sym.robots.robot_contact import RobotContact
 from painleve_sym.robots.trajectory import REST_SPEED, RiskTrajectory, risk_along
 
 if TYPE_CHECKING:
+    from painleve_sym.at.positive import PositiveFunction
     from painleve_sym.certify.checker import Side
-    from painleve_sym.contacts.positive import PositiveFunction
 
 SHOWN_GRADIENT = 8
 _NOT_PROVED = (

@@ -8,6 +8,9 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.at.inputs import border_notices
+from painleve_sym.at.jump import JumpResult
+from painleve_sym.at.tangential import TangentialImpact
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.corrected import corrected_data, show_corrected
 from painleve_sym.cli.options import OTHER_FORMATS, figure_file, output_file, read_look
@@ -22,9 +25,6 @@ from painleve_sym.cli.output import (
     show_table,
     velocity_table,
 )
-from painleve_sym.contacts.impact.jump import JumpResult
-from painleve_sym.contacts.impact.tangential import TangentialImpact
-from painleve_sym.contacts.inputs import border_notices
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism

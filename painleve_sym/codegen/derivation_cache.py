@@ -8,7 +8,7 @@ from painleve_sym.cache import entry_name
 
 MECHANISM = ("mechanics", "codegen")
 """Folders that derive a mechanism."""
-FORMULAS = (*MECHANISM, "laws", "hybrid", "contacts")
+FORMULAS = (*MECHANISM, "laws", "automata", "at")
 """Folders that derive an automaton and other formulas of contacts."""
 ENGINE = (*FORMULAS, "engines")
 """Folders that write the C of an engine."""

@@ -9,9 +9,7 @@ from typing import Any
 
 import casadi as ca
 
-from painleve_sym.codegen.bridge import Translator
-from painleve_sym.codegen.linear import least_solution, solution
-from painleve_sym.hybrid.automaton import (
+from painleve_sym.automata.automaton import (
     Choice,
     Definition,
     HybridAutomaton,
@@ -21,7 +19,9 @@ from painleve_sym.hybrid.automaton import (
     Reset,
     Transition,
 )
-from painleve_sym.hybrid.variants import SHORTER, Terms, variants
+from painleve_sym.automata.variants import SHORTER, Terms, variants
+from painleve_sym.codegen.bridge import Translator
+from painleve_sym.codegen.linear import least_solution, solution
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from painleve_sym.codegen.derivation_cache import entry_key
 from painleve_sym.errors import InputError, TranslationError, unknown_name
 
 if TYPE_CHECKING:
+    from painleve_sym.automata.signature import AutomatonBuilder
     from painleve_sym.codegen.modes import AutomatonFunctions
-    from painleve_sym.hybrid.signature import AutomatonBuilder
 
 _ONE: Mapping[str, Callable[[Any], Any]] = {
     "ASSIGN": lambda x: x,

@@ -27,8 +27,8 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.automaton import HybridAutomaton, Mode, Reset, Transition
 from painleve_sym.codegen.modes import AutomatonFunctions, ModeFunctions
-from painleve_sym.hybrid.automaton import HybridAutomaton, Mode, Reset, Transition
 
 Pattern = Any
 """An array of bool: which derivatives can be different from zero."""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.signature import Outline
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
-from painleve_sym.hybrid.signature import Outline
 
 COUNTERS = (
     "accepted_steps",

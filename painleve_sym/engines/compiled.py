@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.signature import AutomatonBuilder, Outline
 from painleve_sym.cache import kept_entry, read_entry, write_entry
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import ENGINE, entry_key
@@ -32,13 +33,12 @@ from painleve_sym.engines.protocol import (
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import NoRecurrence, StopReason
 from painleve_sym.files import of_plain, to_plain
-from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
 from painleve_sym.progress import progress
 from painleve_sym.time_limit import within_time
 
 if TYPE_CHECKING:
+    from painleve_sym.automata.automaton import HybridAutomaton
     from painleve_sym.codegen.modes import AutomatonFunctions
-    from painleve_sym.hybrid.automaton import HybridAutomaton
 
 _DECISION = -2
 """Reason of a run whose parts cannot choose (PS_DECISION)."""

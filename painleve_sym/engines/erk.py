@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.automaton import Choice, HybridAutomaton
+from painleve_sym.automata.signature import Outline
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import COUNTERS
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
@@ -25,8 +27,6 @@ from painleve_sym.engines.protocol import (
 )
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
-from painleve_sym.hybrid.signature import Outline
 
 _CHUNK = 256
 """Points per call of the outputs: enough to hide the cost of a call."""

@@ -6,16 +6,16 @@ import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.automata.signature import AutomatonBuilder
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import CompilerMissing, InputError, NoRecurrence, PainleveWarning
-from painleve_sym.hybrid.signature import AutomatonBuilder
 
 if TYPE_CHECKING:
+    from painleve_sym.automata.automaton import HybridAutomaton
     from painleve_sym.codegen.modes import AutomatonFunctions
-    from painleve_sym.hybrid.automaton import HybridAutomaton
 
 SOURCES = {
     EngineName.TAYLOR: "Jorba & Zou (2005)",

@@ -7,11 +7,11 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, Protocol
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.signature import Outline
 from painleve_sym.checks import LARGEST, number, whole_number
 from painleve_sym.choices import Record, RecordLike, chosen
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import StopReason
-from painleve_sym.hybrid.signature import Outline
 from painleve_sym.units import in_si
 
 ENGINE_REASONS = (

@@ -8,16 +8,16 @@ from itertools import accumulate
 
 import casadi as ca
 
+from painleve_sym.automata.automaton import HybridAutomaton, Transition
+from painleve_sym.automata.model import ENERGIES, LOSSES
+from painleve_sym.automata.variants import known_memory
 from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.c_texts import engine_texts, initializer
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import DENSE_STAGES, dop853
 from painleve_sym.errors import EventKind
-from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
-from painleve_sym.hybrid.variants import known_memory
 
 BEFORE_STEPPER = (
     *("loop/rows", "loop/state", "loop/watch", "loop/choose", "loop/linear"),

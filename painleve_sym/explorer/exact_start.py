@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from painleve_sym.contacts.closing import closed_state, gap_slopes
-from painleve_sym.contacts.delassus import Delassus
+from painleve_sym.at.closing import closed_state, gap_slopes
+from painleve_sym.at.delassus import Delassus
 from painleve_sym.mechanics.mechanism import Mechanism
 
 FEW_DIGITS = 1e-3

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from painleve_sym.at.delassus import Delassus
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.case_codes import LEGEND

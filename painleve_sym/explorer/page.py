@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.at.inputs import inside, place_of
 from painleve_sym.checks import by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError

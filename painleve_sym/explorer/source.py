@@ -11,13 +11,13 @@ from importlib import resources
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.at.delassus import argument_symbols
+from painleve_sym.automata.model import ENERGIES, LOSSES
 from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.files import MotionCode, clashing_name, code_files
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import Compiler
 from painleve_sym.codegen.evaluate import expression_function
-from painleve_sym.contacts.delassus import argument_symbols
-from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.taylor.runner import TaylorEngine

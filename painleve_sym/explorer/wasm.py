@@ -26,7 +26,7 @@ FLAGS = ("-O2", "-ffp-contract=off", "-mexec-model=reactor", "-Wl,--strip-all")
 """No contraction, as in the package's own code; with names of functions it would be ten times as
 long."""
 
-_MADE_BY = (*ENGINE, "complementarity", "motion", "study", "c_export", "explorer")
+_MADE_BY = (*ENGINE, "problem", "motion", "study", "c_export", "explorer")
 """Folders of the package that write a module and its description."""
 _CLANG = ("--target=wasm32-wasi",)
 _PLACES = ("/usr", "/opt/wasi-sdk/share/wasi-sysroot", "/usr/share/wasi-sysroot")

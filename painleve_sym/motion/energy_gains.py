@@ -9,11 +9,11 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.impact.energy_gain import gain_notice, gains
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
 from painleve_sym.motion.records import EventRecord, MotionNames
+from painleve_sym.problem.impact.energy_gain import gain_notice, gains
 
 GAINING = (EventKind.IMPACT, EventKind.RELOAD)
 """Kinds of events that may add energy."""

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.inputs import inside
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import quantities
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.inputs import inside
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, received
 from painleve_sym.laws.catalogue import compliant_law

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.model import CONTACTS
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import described
-from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.equality import Compared

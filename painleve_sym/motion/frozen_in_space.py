@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.frozen_in_space import COEFFICIENTS, IMPULSES, FrozenSpatialContact
+from painleve_sym.automata.model import CONTACT_LOSS, FRICTION_LOSS
 from painleve_sym.choices import EngineLike, EngineName
-from painleve_sym.contacts.frozen_in_space import COEFFICIENTS, IMPULSES, FrozenSpatialContact
-from painleve_sym.contacts.model import CONTACT_LOSS, FRICTION_LOSS
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
 from painleve_sym.engines.records import dense_values

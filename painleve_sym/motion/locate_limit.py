@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.model import CONTACTS, ContactModel
 from painleve_sym.codegen.quantities import quantities
-from painleve_sym.contacts.model import CONTACTS, ContactModel
 from painleve_sym.errors import StopReason
 from painleve_sym.motion.singular_limit import LimitKind, SingularLimit
 from painleve_sym.motion.trajectory import Trajectory
@@ -141,7 +141,7 @@ class _Approach:
         constants: Mapping[str, Array],
     ) -> None:
         def derive() -> tuple[dict[str, Any], list[Any]]:
-            from painleve_sym.contacts.rigid import RigidContact
+            from painleve_sym.automata.rigid import RigidContact
             from painleve_sym.mechanics.coefficients import F_N
 
             builder, slip = RigidContact(contact), CONTACTS[mode]

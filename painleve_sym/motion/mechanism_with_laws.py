@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.derivation import ContactDerivation
+from painleve_sym.automata.signature import Outline
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
-from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.errors import InputError, refuse_unknown
-from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
@@ -34,7 +34,7 @@ from painleve_sym.motion.records import MotionNames
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
-    from painleve_sym.hybrid.automaton import HybridAutomaton
+    from painleve_sym.automata.automaton import HybridAutomaton
 
 
 class Start(NamedTuple):

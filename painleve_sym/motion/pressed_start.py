@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeGuard
 
-from painleve_sym.contacts.chatter import REVERSE_CHATTER
 from painleve_sym.laws.catalogue import OwnLaw
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.motion.records import EventRecord
+from painleve_sym.problem.impact.chatter import REVERSE_CHATTER
 
 RESOLVED = 1e-6
 """Depth over the scale of the gap from which a contact counts as pressed."""

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import NoReturn
 
+from painleve_sym.at.classify import held_faults
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.inputs import inside
 from painleve_sym.checks import number
-from painleve_sym.contacts.classify import held_faults
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.inputs import inside
 from painleve_sym.engines.protocol import RawRun
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.motion.force_jumps import jump_advice

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
-from painleve_sym.contacts.classification import solution_name
-from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.model import ContactModel
+from painleve_sym.at.classification import solution_name
+from painleve_sym.at.classify import contact_problem
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.automata.model import ContactModel
 from painleve_sym.errors import EventKind, InputError
 from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import ReverseChatter
 from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.impact.chatter import REVERSE_CHATTER, Chatter, chatter
 
 if TYPE_CHECKING:
     from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.model import ENERGIES, LOSSES
+from painleve_sym.automata.signature import mode_name
 from painleve_sym.choices import Record
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
-from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
 from painleve_sym.motion.energy_balance import balance_residual
 from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains

@@ -115,7 +115,7 @@ def simulate(
         by it.
     close : str, optional
         A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
-        several contacts; see `contacts.closing.closed_state`.
+        several contacts; see `at.closing.closed_state`.
     engine : EngineName or its text
     rtol : float
         Relative tolerance of every state, in [1e-15, 1).

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.inputs import closed_place
 from painleve_sym.checks import by_name, names_of
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.inputs import closed_place
 from painleve_sym.engines.protocol import RawRun, RunOptions, RunSettings
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, received, refuse_unknown, unknown_name

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from painleve_sym.contacts.delassus import Delassus
+from painleve_sym.at.delassus import Delassus
 
 if TYPE_CHECKING:
     from painleve_sym.mechanics.contact import Contact

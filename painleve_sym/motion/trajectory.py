@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz, table_library
+from painleve_sym.automata.model import ENERGIES, LOSSES
 from painleve_sym.checks import names_of, number, text_of, whole_number
 from painleve_sym.choices import chosen
 from painleve_sym.codegen.tape import TapeOutputs
-from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.records import StepRecords, dense_values
 from painleve_sym.equality import Compared
 from painleve_sym.errors import (

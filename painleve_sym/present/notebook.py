@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from painleve_sym.contacts.classification import Classification
-from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.at.classification import Classification
+from painleve_sym.at.jump import JumpResult
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
 from painleve_sym.mechanics.mechanism import Mechanism

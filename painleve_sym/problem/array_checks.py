@@ -11,8 +11,8 @@ import operator
 import numpy as np
 
 from painleve_sym.checks import INDEFINITE, SYMMETRY
-from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.errors import received
+from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.constraints import Vector
 
 

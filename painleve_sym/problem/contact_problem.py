@@ -55,16 +55,21 @@ import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.checks import checked_number, mobility_faults
-from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, LCPSolution, equilibrate
-from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, pivot
-from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
-from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.problem.answers import REGULAR, Answer, Answers, openness
 from painleve_sym.problem.array_checks import finite_array, mobility_matrix_faults
-from painleve_sym.problem.complementarity import complementarity_of, copositive, forces_of
+from painleve_sym.problem.complementarity.lcp import (
+    LCP,
+    RESIDUAL_TOLERANCE,
+    LCPSolution,
+    equilibrate,
+)
+from painleve_sym.problem.complementarity.lemke import LemkeResult, LemkeStatus, pivot
+from painleve_sym.problem.complementarity.solution_sets import BoolArray, FloatArray
+from painleve_sym.problem.complementarity.uniqueness import Uniqueness, uniqueness_of
 from painleve_sym.problem.constraints import Ball, Constraint, pieces
+from painleve_sym.problem.contact_lcp import complementarity_of, copositive, forces_of
 from painleve_sym.problem.friction_set import Interval
 from painleve_sym.problem.law import ScaledLaw
 from painleve_sym.problem.modes import CONTACT_LIMIT, rounded_difference, sign_of

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.constraints import Vector
 
 _VANISHES = 1e-14  # of the terms of a function of φ: about 50 roundings

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.problem.complementarity.solution_sets import FloatArray
 
 _SLOPE = 1e-10  # of a row of order one: it does not depend on y
 _SLACK = 1e-10  # of the size of the levels: what an inequality may miss

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from painleve_sym.complementarity.solution_sets import RANK, FloatArray
+from painleve_sym.problem.complementarity.solution_sets import RANK, FloatArray
 from painleve_sym.problem.constraints import STICK, Piece, Vector, pressed
 from painleve_sym.problem.faces import Cone, Face, ForceSet
 from painleve_sym.problem.law import ZERO, Motion, ScaledLaw

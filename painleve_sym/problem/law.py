@@ -28,8 +28,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
-from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.problem.complementarity.lcp import RESIDUAL_TOLERANCE
+from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.constraints import Ball, Constraint, Vector
 from painleve_sym.problem.scaling import layout_of, scaled
 

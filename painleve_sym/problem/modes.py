@@ -7,7 +7,7 @@ import enum
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.complementarity.solution_sets import FloatArray
+from painleve_sym.problem.complementarity.solution_sets import FloatArray
 
 CONTACT_LIMIT = 6
 """Most contacts whose pieces are all tried: 4**6 regular systems take a tenth of a second."""

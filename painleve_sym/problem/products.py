@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.complementarity.solution_sets import (
+from painleve_sym.problem.complementarity.solution_sets import (
     RANK,
     FloatArray,
     solve_refined,

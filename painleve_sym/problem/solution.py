@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.equality import Compared
 from painleve_sym.problem.answers import Answer
+from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.law import ROUNDING, ScaledLaw, Slips, accelerations
 from painleve_sym.problem.modes import ContactMode, slip_mode
 from painleve_sym.problem.risk import slip_angle

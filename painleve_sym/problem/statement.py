@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.errors import InputError, received
 from painleve_sym.problem.array_checks import finite_array
+from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.constraints import Ball, Constraint
 from painleve_sym.problem.friction_set import Brake, Disc, FrictionSet, Interval
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from painleve_sym.complementarity.solution_sets import RANK, FloatArray
+from painleve_sym.problem.complementarity.solution_sets import RANK, FloatArray
 from painleve_sym.problem.constraints import Constraint, Piece, Vector, pressed
 from painleve_sym.problem.disc_slip import BESIDE, quartic_angles, slips, wave_of
 from painleve_sym.problem.families import Family

@@ -10,13 +10,13 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from painleve_sym.checks import by_name
-from painleve_sym.contacts.delassus import (
+from painleve_sym.at.delassus import (
     ContactNumbers,
     Delassus,
     MotionNumbers,
     NumericalMechanism,
 )
+from painleve_sym.checks import by_name
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.mechanism import Place

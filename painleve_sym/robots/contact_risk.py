@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.impact.one_contact import Impact
 from painleve_sym.equality import Compared
 from painleve_sym.files import finite, plain_fields
+from painleve_sym.problem.impact.one_contact import Impact
 
 _IMPACT = ("restitution", "velocity", "normal_impulse", "tangential_impulse", "energy_change")
 

@@ -12,11 +12,11 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.sticking import sticking_formulas
 from painleve_sym.cache import code_mark
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.closed_within import CONTACT_TOLERANCE
-from painleve_sym.contacts.sticking import sticking_formulas
 from painleve_sym.laws.catalogue import parameter_names
+from painleve_sym.mechanics.closed_within import CONTACT_TOLERANCE
 from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
 from painleve_sym.robots.rigid_body import RigidBodies, constant

@@ -12,22 +12,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import by_name, number, spatial_mobility_faults, whole_number
-from painleve_sym.choices import Restitution, RestitutionLike, chosen
-from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.classification import Classification
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.delassus import ContactNumbers, Delassus
-from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
-from painleve_sym.contacts.impact.one_contact import Impact, solve_impact
-from painleve_sym.contacts.impact.within_plane import in_plane, is_regular, moving_tangent
-from painleve_sym.contacts.positive import (
+from painleve_sym.at.classification import Classification
+from painleve_sym.at.classify import classify
+from painleve_sym.at.delassus import ContactNumbers, Delassus
+from painleve_sym.at.jump import JumpResult, evaluate_jump
+from painleve_sym.at.positive import (
     NO_PARADOX,
     PositiveFunction,
     own_inertia,
     positive_where,
     shares,
 )
+from painleve_sym.checks import by_name, number, spatial_mobility_faults, whole_number
+from painleve_sym.choices import Restitution, RestitutionLike, chosen
+from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.errors import (
     CompilerMissing,
     InputError,
@@ -36,6 +34,8 @@ from painleve_sym.errors import (
     unknown_name,
 )
 from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.problem.impact.one_contact import Impact, solve_impact
+from painleve_sym.problem.impact.within_plane import in_plane, is_regular, moving_tangent
 from painleve_sym.problem.risk import (
     friction_threshold,
     held,

@@ -10,16 +10,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.at.classification import Classification
+from painleve_sym.at.classify import classify_at
+from painleve_sym.at.closing import closing_hint
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.inputs import border_notices, inside, place_of
+from painleve_sym.at.jump import JumpResult, jump_at
+from painleve_sym.at.tangential import TangentialImpact, tangential_impact_at
 from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
-from painleve_sym.contacts.classification import Classification
-from painleve_sym.contacts.classify import classify_at
-from painleve_sym.contacts.closing import closing_hint
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.impact.jump import JumpResult, jump_at
-from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact_at
-from painleve_sym.contacts.inputs import border_notices, inside, place_of
 from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text

@@ -14,9 +14,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from painleve_sym.at.classify import classify
+from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.laws.catalogue import Law, law
 from painleve_sym.mechanics.mechanism import Mechanism

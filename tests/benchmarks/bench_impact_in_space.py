@@ -13,9 +13,9 @@ import time
 from collections.abc import Callable
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.impact.one_contact import solve_impact
-from painleve_sym.contacts.impact.spatial import LAWS, impacts_in_space
-from tests.contacts.test_impact_in_space import random_impacts
+from painleve_sym.problem.impact.one_contact import solve_impact
+from painleve_sym.problem.impact.spatial import LAWS, impacts_in_space
+from tests.problem.impact.test_impact_in_space import random_impacts
 from tests.support.spatial_impact import SpatialPath
 
 LIMIT = 20e-6

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from painleve_sym.automata.compliant import CompliantContact
 from painleve_sym.c_export import export
 from painleve_sym.c_export.export import export_scenario, write_folder
 from painleve_sym.c_export.files import NUMERIC_FLAGS, MotionCode, code_files, expected
 from painleve_sym.c_export.text import enum
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw

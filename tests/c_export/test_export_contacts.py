@@ -10,9 +10,9 @@ import math
 import numpy as np
 import pytest
 
+from painleve_sym.at.classify import contact_problem
 from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.export import export_scenario
-from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.study.maps.case_codes import LEGEND, case_codes

@@ -10,12 +10,12 @@ import runpy
 import numpy as np
 import pytest
 
+from painleve_sym.at.classify import classify
+from painleve_sym.at.jump import evaluate_jump
+from painleve_sym.automata.derivation import ContactDerivation
 from painleve_sym.cli.output import number, print_json, show_table
 from painleve_sym.cli.texts import meanings
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.derivation import ContactDerivation
-from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import CHOICES, LAWS, law, offered_choices
 from painleve_sym.laws.restitution import RESTITUTIONS

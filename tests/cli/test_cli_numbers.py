@@ -7,9 +7,9 @@ import math
 
 import pytest
 
+from painleve_sym.at.classify import classify
+from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import TABLES

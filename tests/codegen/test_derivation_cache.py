@@ -16,15 +16,17 @@ import pytest
 import sympy as sp
 
 from painleve_sym import cache as caching
+from painleve_sym.at.classify import classify
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode
+from painleve_sym.automata.compliant import CompliantContact
+from painleve_sym.automata.derivation import ContactDerivation
+from painleve_sym.automata.rigid import RigidContact
+from painleve_sym.automata.signature import Outline
 from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.codegen import derivation_cache, quantities
 from painleve_sym.codegen.compile import compiler_mark
 from painleve_sym.codegen.derivation_cache import entry_key
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.compliant import CompliantContact
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.derivation import ContactDerivation
-from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines import source
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
@@ -32,8 +34,6 @@ from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import CompilerMissing
 from painleve_sym.files import of_plain, to_plain
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
-from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact import Contact
@@ -391,7 +391,7 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
 
 
 def test_entry_depends_on_the_folders_that_derive_it(monkeypatch):
-    changed = dict.fromkeys(("mechanics", "contacts", "engines", "motion"), "")
+    changed = dict.fromkeys(("mechanics", "automata", "engines", "motion"), "")
     monkeypatch.setattr(caching, "code_mark", lambda folder: changed.get(folder, folder))
     of = {
         "mechanism": derivation_cache.MECHANISM,
@@ -400,7 +400,7 @@ def test_entry_depends_on_the_folders_that_derive_it(monkeypatch):
     }
     deriving = {
         "mechanics": {"mechanism", "formulas", "engine"},
-        "contacts": {"formulas", "engine"},
+        "automata": {"formulas", "engine"},
         "engines": {"engine"},
         "motion": set(),
     }

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
+from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 
 X, V = sp.symbols("x v", real=True)
 

@@ -13,12 +13,12 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
+from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.taylor.runner import TaylorEngine
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 
 X, V, TOP = (sp.Symbol(n, real=True) for n in ("x", "v", "top"))
 E, G, L, K = (sp.Symbol(n, real=True) for n in ("e", "g", "l", "k"))

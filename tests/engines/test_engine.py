@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 
 X, V, T = (sp.Symbol(n, real=True) for n in ("x", "v", "tau"))
 E, G, C = (sp.Symbol(n, real=True) for n in ("e", "g", "c"))

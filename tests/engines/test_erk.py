@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, StopReason
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator

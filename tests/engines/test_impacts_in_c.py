@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.errors import EventKind, ModelError, StopReason
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.problem.impact.one_contact import ImpactEnd
 from tests.scenes import FEET, simulator
 from tests.support.numpy_impact import path_in_numpy
 

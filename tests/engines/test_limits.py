@@ -6,6 +6,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.automata.automaton import (
+    Accumulation,
+    Choice,
+    HybridAutomaton,
+    Mode,
+    Transition,
+)
 from painleve_sym.engines.batch import BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
@@ -13,13 +20,6 @@ from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import EventKind, ModelError, StopReason
-from painleve_sym.hybrid.automaton import (
-    Accumulation,
-    Choice,
-    HybridAutomaton,
-    Mode,
-    Transition,
-)
 
 X, V = (sp.Symbol(n, real=True) for n in ("x", "v"))
 E, G = (sp.Symbol(n, real=True) for n in ("e", "g"))

@@ -16,6 +16,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.codegen.compile import load
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.compiled import CompiledEngine
@@ -27,7 +28,6 @@ from painleve_sym.engines.taylor.simplify import simplify
 from painleve_sym.engines.taylor.source import arithmetic, tapes
 from painleve_sym.engines.taylor.tape import build
 from painleve_sym.errors import NoRecurrence, PainleveWarning, StopReason
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.compliance import ramp
 from painleve_sym.laws.rigid_contact import RigidLaw

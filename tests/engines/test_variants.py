@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.automata.variants import MOST_VARIANTS, variants
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.hybrid.variants import MOST_VARIANTS, variants
 from painleve_sym.motion.simulator import Simulator
 from tests.scenes import FEET, TABLE, simulator
 

@@ -11,13 +11,13 @@ import sympy as sp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.chatter import CYCLES, chatter_ratio, symbols_of
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.general_contact import general_contact
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.problem.impact.one_contact import solve_impact
 
 W_tt, A_stick = sp.symbols("W_tt A_stick", positive=True)
 kappa, tau = sp.symbols("kappa tau", real=True)

@@ -7,8 +7,8 @@ import pytest
 import sympy as sp
 
 import painleve_sym as ps
+from painleve_sym.at.classify import contact_problem
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.laws.python_module import python_module
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.mechanism import Mechanism
 

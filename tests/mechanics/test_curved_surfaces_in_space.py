@@ -11,8 +11,8 @@ import pytest
 import sympy as sp
 
 import painleve_sym as ps
-from painleve_sym.contacts import spatial_numbers
-from painleve_sym.contacts.delassus import argument_symbols
+from painleve_sym.at import spatial_numbers
+from painleve_sym.at.delassus import argument_symbols
 from painleve_sym.mechanics import simplify
 from painleve_sym.mechanics.formulas.in_space import LONGEST_JACOBIAN, spatial_sections
 

@@ -11,10 +11,10 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.automata.model import ContactModel
+from painleve_sym.automata.rigid import RigidContact
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.model import ContactModel
-from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.errors import ModelError
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.bodies import Body, Load, Spring

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.automata.derivation import ContactDerivation
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.contacts.derivation import ContactDerivation
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.at.classify import classify
+from painleve_sym.at.delassus import Delassus
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.errors import InputError, ModelError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.toml.faults import MAX_FAULTS_READ

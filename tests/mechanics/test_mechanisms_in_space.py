@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 
 import painleve_sym as ps
+from painleve_sym.at.closing import closed_state
+from painleve_sym.at.delassus import Delassus
 from painleve_sym.cli import main
-from painleve_sym.contacts.closing import closed_state
-from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.mechanics.models import SPATIAL_MODELS
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from tests.cli.cli_helpers import only_contact

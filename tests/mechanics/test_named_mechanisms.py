@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
+from painleve_sym.at.classify import classify, contact_problem
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify, contact_problem
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.models import MODELS

@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import painleve_sym as ps
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.positive import positive_function
 from painleve_sym.cli import main
 from painleve_sym.codegen.evaluate import numbers as evaluated
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.positive import positive_function
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
 from tests.support.vanishing import vanishes
 

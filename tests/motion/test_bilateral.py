@@ -11,11 +11,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.at.classification import solution_name
+from painleve_sym.at.classify import classify
+from painleve_sym.at.tangential import tangential_impact
+from painleve_sym.automata.guide import TANGENTIAL_IMPACT
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classification import solution_name
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.guide import TANGENTIAL_IMPACT
-from painleve_sym.contacts.impact.tangential import tangential_impact
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from painleve_sym.contacts.impact.tangential import tangential_impact
+from painleve_sym.at.tangential import tangential_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text

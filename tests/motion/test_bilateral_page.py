@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from painleve_sym.at.tangential import tangential_impact
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.impact.tangential import tangential_impact
 from tests.oracles.bead_scipy import yielding, yielding_stop
 
 ROOT = Path(__file__).parents[2]

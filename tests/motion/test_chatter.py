@@ -7,10 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.at.classify import classify
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.chatter import chatter
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.laws.chatter import chatter_ratio, symbols_of
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -18,6 +16,8 @@ from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.impact.chatter import chatter
+from painleve_sym.problem.impact.one_contact import solve_impact
 
 PUSHED = {"F": -10.0}
 START = {"phi": 2.9}

@@ -7,10 +7,10 @@ import pytest
 from scipy.linalg import expm
 
 from derivations.generated import corrected_jump as forms
+from painleve_sym.at.jump import evaluate_jump
+from painleve_sym.automata.compliant import CompliantContact
 from painleve_sym.codegen import named_mechanisms
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.compliant import CompliantContact
-from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics import general_contact

@@ -11,8 +11,8 @@ import pytest
 import sympy as sp
 from scipy.special import lambertw
 
+from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.finite_stiffness import CorrectedJumpRule
 from painleve_sym.motion.frozen_impact import FrozenImpactSolver

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import painleve_sym as ps
+from painleve_sym.automata.model import LOSSES
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.model import LOSSES
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.batch.run import run_batch

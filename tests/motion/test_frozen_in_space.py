@@ -9,10 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from painleve_sym import laws
-from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.motion.frozen_impact import FrozenImpactSolver
 from painleve_sym.motion.frozen_in_space import FrozenSpatialSolver
+from painleve_sym.problem.impact.one_contact import solve_impact
 
 E, NU, R, N = 20.9e14, 0.3, 0.00645, 1.5
 LAW = laws.bilinear_hertz(E=E)

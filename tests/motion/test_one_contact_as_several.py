@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.automata.plural_contacts import PluralContacts
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.errors import EventKind

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from painleve_sym.at.classify import contact_problem
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.problem.impact.one_contact import solve_impact
 from tests.scenes import point_mass
 from tests.support.paper_law import paper_law
 

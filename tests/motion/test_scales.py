@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.automata.scales import Terms, compliant_scales, rigid_scales
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.contacts.scales import Terms, compliant_scales, rigid_scales
 
 K, N, W, B = 3e5, 1.5, 0.8, 9.0
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.at.classify import classify
+from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod

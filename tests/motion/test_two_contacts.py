@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from painleve_sym.at.classify import classify
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text

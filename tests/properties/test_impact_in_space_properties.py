@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.contacts.impact.spatial import LAWS
+from painleve_sym.problem.impact.one_contact import ImpactEnd, solve_impact
+from painleve_sym.problem.impact.spatial import LAWS
 from painleve_sym.problem.modes import ContactMode
 
 LAW = st.sampled_from(LAWS)

@@ -11,11 +11,11 @@ import sympy as sp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.laws.impact_cases import impact_cases
 from painleve_sym.laws.restitution import RESTITUTIONS, restitution_law
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, raw
+from painleve_sym.problem.impact.one_contact import Impact, ImpactEnd, solve_impact
 from tests.mechanics.made_up import skew_block
 
 LAWS = sorted(RESTITUTIONS)

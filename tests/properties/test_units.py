@@ -13,10 +13,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.at.classify import classify
+from painleve_sym.at.jump import evaluate_jump
+from painleve_sym.at.tangential import tangential_impact
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.impact.jump import evaluate_jump
-from painleve_sym.contacts.impact.tangential import tangential_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw

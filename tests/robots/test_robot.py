@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import painleve_sym as ps
-from painleve_sym.contacts.delassus import Delassus
+from painleve_sym.at.delassus import Delassus
 from painleve_sym.problem.risk import (
     friction_threshold,
     held,

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import painleve_sym as ps
-from painleve_sym.contacts.impact import spatial
 from painleve_sym.errors import CompilerMissing, InputError
+from painleve_sym.problem.impact import spatial
 
 FILES = Path(__file__).parent / "files"
 DOG = Path(__file__).parents[2] / "examples" / "robots" / "quadruped.urdf"

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from painleve_sym.automata.compliant import CompliantContact
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.saddle import LawSaddle

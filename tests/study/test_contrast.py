@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod

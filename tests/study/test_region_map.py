@@ -13,9 +13,9 @@ import sympy as sp
 from scipy.optimize import brentq
 
 import painleve_sym as ps
+from painleve_sym.at.classify import classify, contact_problem
+from painleve_sym.at.delassus import Delassus
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify, contact_problem
-from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.declarations import DomainBound
 from painleve_sym.problem.contact_problem import ContactProblem

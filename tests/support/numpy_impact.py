@@ -1,6 +1,6 @@
 """The path of an impact of several contacts in NumPy: the oracle of the compiled one.
 
-It is derived in ``painleve_sym/contacts/impact/simultaneous.py``; this is a second writing of it.
+It is derived in ``painleve_sym/problem/impact/simultaneous.py``; this is a second writing of it.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.complementarity.solution_sets import BoolArray
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.path import binary_exponent
-from painleve_sym.contacts.impact.simultaneous import (
+from painleve_sym.problem.complementarity.solution_sets import BoolArray
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.impact.one_contact import ImpactEnd
+from painleve_sym.problem.impact.path import binary_exponent
+from painleve_sym.problem.impact.simultaneous import (
     AtOnce,
     ImpulsePiece,
     PathEvent,
@@ -26,7 +27,6 @@ from painleve_sym.contacts.impact.simultaneous import (
     SimultaneousImpact,
     Straight,
 )
-from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.solution import ContactSolution
 

@@ -1,6 +1,6 @@
-"""The path of an impact in space in Python: the oracle of ``contacts/impact/spatial.c``.
+"""The path of an impact in space in Python: the oracle of ``problem/impact/spatial.c``.
 
-It is derived in ``painleve_sym/contacts/impact/spatial.py``; the steps are those of the C, by NumPy
+It is derived in ``painleve_sym/problem/impact/spatial.py``; the steps are those of the C, by NumPy
 and with the directions in which slip does not turn from the package.
 """
 
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.impact.path import COINCIDENT, ROUND_OFF, impulse_to_end, rounded_sum
-from painleve_sym.contacts.impact.spatial import (
+from painleve_sym.problem.impact.path import COINCIDENT, ROUND_OFF, impulse_to_end, rounded_sum
+from painleve_sym.problem.impact.spatial import (
     ENDED,
     JAM,
     LAWS,

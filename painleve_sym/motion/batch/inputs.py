@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.closing import closed_states
 from painleve_sym.checks import LARGEST, by_name, size_text
-from painleve_sym.contacts.closing import closed_states
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE

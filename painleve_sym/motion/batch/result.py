@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, table_library
+from painleve_sym.automata.signature import mode_name
 from painleve_sym.checks import names_of, text_of
 from painleve_sym.choices import Record
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
-from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import law_text
 from painleve_sym.motion.batch.inputs import BatchInputs
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.model import LOSSES
 from painleve_sym.choices import Record
-from painleve_sym.contacts.model import LOSSES
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunOptions

@@ -28,9 +28,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.inputs import inside
 from painleve_sym.checks import number
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.inputs import inside
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.mechanics.mechanism import Mechanism

@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy as sp
 
-from painleve_sym.contacts.impact.jump import evaluate_jump
+from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.errors import EventKind
 from painleve_sym.mechanics.materials import HERTZ_EXPONENT, materials
 from painleve_sym.mechanics.mechanism import Mechanism

@@ -9,13 +9,10 @@ from functools import cached_property
 from typing import ClassVar
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.classification import Classification
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.jump import JumpResult, evaluate_jump
 from painleve_sym.choices import EngineLike, Restitution
-from painleve_sym.complementarity.lcp import LCPSolution
-from painleve_sym.complementarity.lemke import LemkeResult
-from painleve_sym.complementarity.mpcc import MPCCSurvey
-from painleve_sym.contacts.classification import Classification
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import compliant_law
@@ -23,6 +20,9 @@ from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.singular_limit import SingularLimit
+from painleve_sym.problem.complementarity.lcp import LCPSolution
+from painleve_sym.problem.complementarity.lemke import LemkeResult
+from painleve_sym.problem.complementarity.mpcc import MPCCSurvey
 from painleve_sym.problem.solution import ContactSolution
 
 LIFTOFF = "liftoff"

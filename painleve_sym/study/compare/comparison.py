@@ -13,15 +13,15 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
+from painleve_sym.at.inputs import inside, place_of
+from painleve_sym.at.jump import JumpResult
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.contacts.impact.jump import JumpResult
-from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.inputs import inside, place_of
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
 from painleve_sym.study.compare.in_space import SpatialCase

@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.classify import classified
+from painleve_sym.at.closing import closing_hint
+from painleve_sym.at.delassus import ContactNumbers, Delassus, MotionNumbers
+from painleve_sym.at.inputs import ROUND_OFF, refuse_infinite, refuse_place
+from painleve_sym.at.jump import JumpResult, contact_velocity_at
 from painleve_sym.choices import Restitution
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.contacts.classify import classified
-from painleve_sym.contacts.closing import closing_hint
-from painleve_sym.contacts.delassus import ContactNumbers, Delassus, MotionNumbers
-from painleve_sym.contacts.impact.jump import JumpResult, contact_velocity_at
-from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.inputs import ROUND_OFF, refuse_infinite, refuse_place
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.motion.frozen_in_space import FrozenSpatialMotion, FrozenSpatialSolver
 from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.solution import ContactSolution
 from painleve_sym.study.compare.case import LIFTOFF, AccelerationLevel, Answer, Case, FirstStep

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.jump import JumpResult, evaluate_jump
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.impact.impact_class import ImpactClass

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.classify import classify_at
+from painleve_sym.automata.impact_rays import NORMAL_IMPULSE
 from painleve_sym.choices import Policy, Restitution
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.complementarity.lemke import solve_lemke
-from painleve_sym.complementarity.mpcc import solve_mpcc_all
-from painleve_sym.contacts.classify import classify_at
-from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -24,6 +22,8 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
 from painleve_sym.motion.time_stepping.stepping import SteppingRun, TimeStepper
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.problem.complementarity.lemke import solve_lemke
+from painleve_sym.problem.complementarity.mpcc import solve_mpcc_all
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
 

@@ -17,6 +17,7 @@ from functools import cached_property
 from typing import Any
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.signature import mode_name
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
@@ -24,7 +25,6 @@ from painleve_sym.engines.protocol import RunOptions, RunSettings
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
-from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.laws.catalogue import LawLike
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import Simulator

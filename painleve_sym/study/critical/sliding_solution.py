@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.at.classify import contact_problem
+from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.inputs import inside
+from painleve_sym.automata.model import SLIPS
 from painleve_sym.codegen.evaluate import expression_function
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.delassus import Delassus
-from painleve_sym.contacts.inputs import inside
-from painleve_sym.contacts.model import SLIPS
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain

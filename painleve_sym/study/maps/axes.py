@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.closing import closed_states, unknowns
+from painleve_sym.at.delassus import domain_margins
 from painleve_sym.checks import by_name, names_of, number, whole_number
-from painleve_sym.contacts.closing import closed_states, unknowns
-from painleve_sym.contacts.delassus import domain_margins
 from painleve_sym.errors import InputError, received, refuse_unknown
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism

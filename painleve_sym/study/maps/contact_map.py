@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.closing import unknowns
+from painleve_sym.at.delassus import ContactNumbers, Delassus, argument_symbols
 from painleve_sym.codegen.evaluate import at_arrays
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.closing import unknowns
-from painleve_sym.contacts.delassus import ContactNumbers, Delassus, argument_symbols
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.mechanics.mechanism import Mechanism

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
+from painleve_sym.at.closing import closing_hint
+from painleve_sym.at.inputs import digits_left
 from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
-from painleve_sym.contacts.closing import closing_hint
-from painleve_sym.contacts.inputs import digits_left
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import plain_fields
@@ -258,7 +258,7 @@ def region_map(
         `start`.
     close : str, optional
         A coordinate for which gap = 0 is solved at every point, a velocity for which gap_rate = 0
-        is; see `contacts.closing.closed_state`. Points that nothing closes are outside.
+        is; see `at.closing.closed_state`. Points that nothing closes are outside.
 
     Raises
     ------

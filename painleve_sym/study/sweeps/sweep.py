@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from painleve_sym.at.closing import unknowns
+from painleve_sym.at.delassus import Delassus
 from painleve_sym.checks import number, whole_number
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.closing import unknowns
-from painleve_sym.contacts.delassus import Delassus
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text

@@ -1,0 +1,1 @@
+"""Hybrid automata of contacts with their laws: modes, transitions, choices; all symbolic."""

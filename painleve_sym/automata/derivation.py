@@ -1,0 +1,39 @@
+"""The contacts of a mechanism with their laws, and the automaton that is derived from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from painleve_sym.automata.model import ContactModel
+from painleve_sym.laws.contact_kind import ContactKind
+
+if TYPE_CHECKING:
+    from painleve_sym.automata.automaton import HybridAutomaton
+    from painleve_sym.automata.contact_states import ContactStates
+
+
+@dataclass(frozen=True)
+class ContactDerivation(ContactModel):
+    """Contacts with their laws, from which an automaton is derived when it is first asked for."""
+
+    @cached_property
+    def builder(self) -> ContactStates:
+        """Object that derives the automaton."""
+        # SymPy is imported by the builders alone.
+        from painleve_sym.automata import compliant, guide, rigid, tangential_spring
+        from painleve_sym.automata.plural_contacts import PluralContacts
+
+        builders: dict[ContactKind, type[ContactStates]] = {
+            ContactKind.GUIDE: guide.BilateralContact,
+            ContactKind.RIGID: rigid.RigidContact,
+            ContactKind.COMPLIANT: compliant.CompliantContact,
+            ContactKind.SPRING: tangential_spring.TangentialSpringContact,
+        }
+        return PluralContacts(self) if self.several else builders[self.kinds[0]](self)
+
+    @property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, derived when first asked for."""
+        return self.builder.automaton

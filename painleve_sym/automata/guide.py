@@ -1,0 +1,255 @@
+"""A rigid contact that holds from both sides: one of several, and the automaton of an only one.
+
+The contact never opens. What can happen is slip either way and sticking, each with a normal force
+of either sign, and the tangential impact that stops a slip where no finite force can be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from painleve_sym.automata.automaton import (
+    Alternative,
+    Choice,
+    HybridAutomaton,
+    Mode,
+    Part,
+    Test,
+    Transition,
+    all_positive,
+    is_zero,
+    positive,
+)
+from painleve_sym.automata.contact_states import FORCE_WORK, FRICTION_WORK, OneContact
+from painleve_sym.automata.interfaces import (
+    RUBBING,
+    ContactMotion,
+    Interface,
+    Memory,
+    not_negative,
+)
+from painleve_sym.automata.model import CONTACT, SLIPS, guide_slip_mode, guide_stick_mode
+from painleve_sym.automata.rigid import DECISION
+from painleve_sym.errors import EventKind
+from painleve_sym.mechanics.impact.impulse_rays import V_T
+from painleve_sym.mechanics.outline import SIDES
+from painleve_sym.mechanics.paradox.bilateral import BilateralForms
+
+TANGENTIAL_IMPACT = "tangential_impact"
+"""The instantaneous mode in which a slip without a solution stops."""
+
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+_SIDES = tuple(SIDES.values())
+
+
+@dataclass(frozen=True)
+class GuideInterface(Interface):
+    """A rigid contact that holds from both sides: g_N = 0, F_n of either sign."""
+
+    @cached_property
+    def side(self) -> sp.Symbol:
+        """Sign of F_n."""
+        return self._symbol("side")
+
+    @property
+    def closed(self) -> sp.Expr:
+        """It never opens."""
+        return _ONE
+
+    @property
+    def apart(self) -> sp.Expr:
+        """Its gap does not change."""
+        return _ZERO
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Local mode, sign of slip, sticking, side."""
+        return self.local, self.sign, self.sticks, self.side
+
+    @property
+    def local_modes(self) -> tuple[str, ...]:
+        """Slip to either side and stick, each with either sign of F_n."""
+        return tuple(f"{slip}/{side}" for side in ("pull", "push") for slip in RUBBING)
+
+    def start_faults(
+        self, gap: sp.Expr, rate: sp.Expr, near: sp.Expr, slow: sp.Expr
+    ) -> list[Boolean]:
+        """Return a gap and a gap rate that are not 0."""
+        return [sp.Gt(sp.Abs(gap), near), sp.Gt(sp.Abs(rate), slow)]
+
+    def _held(self, sign: int, side: int) -> Memory:
+        local = len(RUBBING) * (side > 0) + 1 + sign
+        return self._rubbing(local, sign) | {self.side: sp.Integer(side)}
+
+    def start(self, motion: ContactMotion) -> Memory:
+        """Return some memory: the decision at the start finds the right one."""
+        return self._held(0, 1)
+
+    @cached_property
+    def part(self) -> Part:
+        """Stick, or slip along v_t, with either sign of F_n."""
+        slip = self.row.slip
+        offered = [
+            Alternative(is_zero(slip) if s == 0 else not_negative(s * slip), self._held(s, side))
+            for s in (0, -1, 1)
+            for side in (1, -1)
+        ]
+        for i, side in enumerate((1, -1)):
+            slips = {-1: 2 + i, 1: 4 + i}
+            offered += self._rests(is_zero(slip), self._held(0, side), slips)
+        own = self.name, self.memory, self.local_modes
+        return Part(*own, tuple(offered), (slip,), self._leaving, self.variants)
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, and the reversal of the normal force."""
+        guard = self.side * motion.normal_force
+        turn = self._transition("force_reversal", EventKind.FORCE_REVERSAL, guard)
+        # First: where F_n turns, what friction can bear vanishes, too.
+        return [turn, *self._friction_changes(motion), self._ends_of_rest(motion)]
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return the sign of F_n, the friction cone, and the onset of slip."""
+        own = Test(self.side * motion.normal_force, motion.force_scale)
+        return [own, *super().tests(motion)]
+
+
+@dataclass(frozen=True)
+class BilateralContact(OneContact):
+    """Builds the automaton: slip ± and stick, each with either sign of F_n, and a decision.
+
+    Where a slip has two solutions the policy decides: the one with A > 0 (there is no lift-off
+    here), the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is
+    possible. W has not rank one: the contact could not slip.
+
+    References
+    ----------
+    Klein (1909); Génot & Brogliato (1999) and Le Xuan Anh (2003) on tangential impacts.
+    """
+
+    @cached_property
+    def interface(self) -> GuideInterface:
+        """The contact: where a run may start, and its scales."""
+        return GuideInterface(self.rows[0], CONTACT, self.model.rigid_law)
+
+    @cached_property
+    def forms(self) -> BilateralForms:
+        """Closed forms of both sides and of the tangential impact."""
+        return BilateralForms(self.mechanism.coefficients)
+
+    # ---- the decision ----
+
+    def _sliding_choices(self, slip: int) -> Iterator[Choice]:
+        c = self.mechanism.coefficients
+        moving, B = slip * self.slip, c.B
+        for side in _SIDES:
+            A, other = self.forms.A[slip * side], self.forms.A[-slip * side]
+            taken = {
+                "liftoff": guide_slip_mode(slip, side),
+                "slip": guide_slip_mode(slip, -side, unstable=True),
+                "impact": TANGENTIAL_IMPACT,
+            }[self.model.rigid_law.policy]
+            yield Choice(taken, all_positive(moving, A, -other, -side * B))
+            yield Choice(guide_slip_mode(slip, side), all_positive(moving, A, -side * B))
+        for side in _SIDES:
+            # B = 0: the guard of the force decides how the motion continues.
+            possible = sp.And(all_positive(moving, self.forms.A[slip * side]), is_zero(B))
+            yield Choice(guide_slip_mode(slip, side), possible)
+        yield Choice(TANGENTIAL_IMPACT, positive(moving))
+
+    def _resting_choices(self) -> Iterator[Choice]:
+        """At v_t = 0 (to be tried after both slips): stick, then the onset of a slip."""
+        c, stop = self.mechanism.coefficients, ("slip_stop",)
+        for side in _SIDES:
+            margins = self.stick_margins(c.stick_force, side)
+            yield Choice(guide_stick_mode(side), all_positive(*margins.values()))
+        for sign in (1, -1):
+            for slip in SLIPS:
+                for side in _SIDES:
+                    A, force = self.forms.A[slip * side], self.forms.slip_force(slip, side)
+                    rate = slip * (self.forms.slip_rate_coefficient[slip * side] * force + c.b_t)
+                    possible = all_positive(sign * A, -sign * side * c.B, rate)
+                    yield Choice(guide_slip_mode(slip, side, sign < 0), possible, stop)
+        for slip in SLIPS:
+            for side in _SIDES:
+                moves = all_positive(slip * c.b_t, self.forms.A[slip * side])
+                possible = sp.And(is_zero(c.B), moves)
+                yield Choice(guide_slip_mode(slip, side), possible, stop)
+        yield Choice(guide_stick_mode(1))
+
+    def _decision(self) -> Mode:
+        choices = (*self._sliding_choices(-1), *self._sliding_choices(1), *self._resting_choices())
+        decide = self.transition("decide", EventKind.CONTACT, None, choices)
+        return self.instant_mode(DECISION, decide)
+
+    def _impact(self) -> Mode:
+        """Stop the slip by the only impulse that keeps v_n = 0 within the friction cone."""
+        forms, system = self.forms, self.mechanism.system
+        now = {V_T: self.slip}
+        reset = dict(zip(system.q_dot, forms.velocity_after.xreplace(now), strict=True))
+        reset |= {self.slip: _ZERO, self.gap_rate: _ZERO}
+        reset[FRICTION_WORK] = FRICTION_WORK + forms.friction_loss.xreplace(now)
+        if FORCE_WORK in self.dissipations:
+            impulses = (forms.normal_impulse, forms.tangential_impulse)
+            reset[FORCE_WORK] = FORCE_WORK - self.drive_work(p.xreplace(now) for p in impulses)
+        stop = self.transition(
+            "stop", EventKind.TANGENTIAL_IMPACT, None, (Choice(DECISION),), reset
+        )
+        return self.instant_mode(TANGENTIAL_IMPACT, stop)
+
+    # ---- modes ----
+
+    def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
+        sign = -1 if unstable else 1
+        stop = self.slip_stop(slip, (Choice(DECISION),))
+        # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
+        over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
+        if not unstable:
+            over = (
+                Choice(
+                    guide_slip_mode(slip, -side),
+                    positive(self.forms.A[-slip * side]),
+                    ("force_reversal",),
+                ),
+                *over,
+            )
+        loss = -sign * side * self.mechanism.coefficients.B
+        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, loss, over)
+        meet = self.singular(sign * self.forms.A[slip * side])
+        # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
+        rubbing, force = SLIPS[slip * side], self.forms.slip_force(slip, side)
+        return self.held_mode(
+            guide_slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet)
+        )
+
+    def _stick(self, side: int) -> Mode:
+        def enter(slip: int) -> tuple[Choice, ...]:
+            # With A < 0 the slip on this side would run backwards: only the other side slips on.
+            possible, stop = positive(self.forms.A[slip * side]), ("slip_stop",)
+            this, other = guide_slip_mode(slip, side), guide_slip_mode(slip, -side)
+            return Choice(this, possible, stop), Choice(other, None, stop)
+
+        force = self.mechanism.coefficients.stick_force
+        changes = self.slip_starts(self.stick_margins(force, side), enter)
+        every = ("force_reversal", *(change.label for change in changes))
+        other = (Choice(guide_stick_mode(-side), None, every),)
+        # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
+        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, side * force, other)
+        return self.held_mode(guide_stick_mode(side), "stick", force, (turn, *changes))
+
+    @cached_property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, validated."""
+        slips = [
+            self._slip(slip, side, unstable)
+            for slip in SLIPS
+            for side in _SIDES
+            for unstable in (False, True)
+        ]
+        sticks = [self._stick(side) for side in _SIDES]
+        modes = (self._decision(), self._impact(), *sticks, *slips)
+        return self.automaton_of(", rigid, bilateral", modes, (Choice(DECISION),), memory=())

@@ -1,0 +1,280 @@
+"""A rigid contact that can open: one of several, and the automaton of an only one.
+
+Between impacts the contact problem of the accelerations holds. An impact of the only contact is a
+chain of instantaneous modes, one per straight ray in the space of impulses (Routh's construction).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from painleve_sym.automata.automaton import (
+    Accumulation,
+    Alternative,
+    Choice,
+    HybridAutomaton,
+    Mode,
+    Part,
+    Test,
+    TestRole,
+    Transition,
+    all_positive,
+    is_zero,
+    positive,
+)
+from painleve_sym.automata.contact_states import OneContact
+from painleve_sym.automata.impact_rays import APPROACH, MEMORY, RATE_ROUNDING, ImpactRays
+from painleve_sym.automata.interfaces import (
+    RUBBING,
+    ContactMotion,
+    Interface,
+    Memory,
+    not_negative,
+    switched_test,
+    zero_factor,
+)
+from painleve_sym.automata.model import CONTACT, CONTACTS, FLIGHT, SLIPS
+from painleve_sym.errors import EventKind
+from painleve_sym.mechanics.impact.impulse_rays import raw
+from painleve_sym.mechanics.paradox.singular_point import SingularPoint
+
+DECISION = "contact"
+"""The instantaneous mode in which a closed contact finds its solution."""
+
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+
+@dataclass(frozen=True)
+class RigidInterface(Interface):
+    """A rigid contact that can open: F_n ≥ 0, g_N ≥ 0."""
+
+    @cached_property
+    def closed(self) -> sp.Symbol:
+        """1 where g̈_N = 0 is kept, else 0."""
+        return self._symbol("closed")
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Local mode, sign of slip, sticking, closed."""
+        return self.local, self.sign, self.sticks, self.closed
+
+    @property
+    def local_modes(self) -> tuple[str, ...]:
+        """Flight, slip to either side, stick."""
+        return FLIGHT, *RUBBING
+
+    def start_faults(
+        self, gap: sp.Expr, rate: sp.Expr, near: sp.Expr, slow: sp.Expr
+    ) -> list[Boolean]:
+        """Return the inside of the surface."""
+        return [sp.Lt(gap, 0)]
+
+    def _closed(self, sign: int) -> Memory:
+        return self._rubbing(2 + sign, sign) | {self.closed: _ONE}
+
+    @property
+    def _sticks_alone(self) -> sp.Expr:
+        """1 where it sticks within its cone, else 0, as where it touches without force."""
+        return self.closed * super()._sticks_alone
+
+    @property
+    def apart(self) -> sp.Expr:
+        """1 where its gap may change: open, and not held where it touches."""
+        return (1 - self.closed) * (1 - self.sticks)
+
+    @property
+    def _touches(self) -> sp.Expr:
+        """1 where it touches without force, as others hold it, else 0."""
+        return (1 - self.closed) * self.sticks
+
+    @property
+    def _flight(self) -> Memory:
+        return dict.fromkeys(self.memory, _ZERO)
+
+    def start(self, motion: ContactMotion) -> Memory:
+        """Return the memory of flight: the decision at the start finds what is closed."""
+        return self._flight
+
+    @cached_property
+    def part(self) -> Part:
+        """Open where it has left or may leave; closed where gap and gap rate are 0."""
+        row = self.row
+        apart = sp.Or(positive(row.gap), sp.And(is_zero(row.gap), not_negative(row.gap_rate)))
+        together = sp.And(is_zero(row.gap), is_zero(row.gap_rate))
+        open_ = Alternative(apart, self._flight, open=True)
+        closed = [
+            Alternative(
+                sp.And(together, is_zero(row.slip) if s == 0 else not_negative(s * row.slip)),
+                self._closed(s),
+            )
+            for s in (0, -1, 1)
+        ]
+        touches = self._flight | {self.sticks: _ONE}
+        still = sp.And(together, is_zero(row.slip))
+        rests = Alternative(together, touches, open=True, rest_of=0)
+        offered = (open_, *closed, rests, *self._rests(still, self._closed(0), {-1: 2, 1: 3}))
+        own = self.name, self.memory, self.local_modes
+        return Part(*own, offered, (row.slip,), self._leaving, self.variants)
+
+    @property
+    def variants(self) -> tuple[Memory, ...]:
+        """Flight, slip and stick."""
+        return self._flight, *(rubs | {self.closed: _ONE} for rubs in super().variants)
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, touchdown and lift-off."""
+        gap, kind = self.row.gap, EventKind.TOUCHDOWN
+        land = self._transition("touchdown", kind, self.apart * gap, {gap: _ZERO})
+        leave = self._transition("liftoff", EventKind.LIFTOFF, self.closed * motion.normal_force)
+        end = self._ends_of_rest(motion, self._touches)
+        return [*self._friction_changes(motion), land, leave, end]
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return F_n, the friction cone, and the onsets of slip and of lift-off."""
+        leaving = self.apart * zero_factor(self.row.gap) * zero_factor(self.row.gap_rate)
+        a_n, scale = motion.normal_acceleration, motion.normal_scale
+        return [
+            Test(self.closed * motion.normal_force, motion.force_scale),
+            switched_test(leaving, a_n, scale, TestRole.BEGINS),
+            switched_test(self._touches, a_n, scale, TestRole.VANISHES),
+            *super().tests(motion),
+        ]
+
+
+@dataclass(frozen=True)
+class RigidContact(OneContact):
+    """Builds the automaton: flight, slip ±, stick, a decision, and the rays of an impact.
+
+    References
+    ----------
+    Génot & Brogliato (1999); Champneys & Várkonyi (2016).
+    """
+
+    @cached_property
+    def interface(self) -> RigidInterface:
+        """The contact: where a run may start, and its scales."""
+        return RigidInterface(self.rows[0], CONTACT, self.model.rigid_law)
+
+    @cached_property
+    def rays(self) -> ImpactRays:
+        """Modes of an impact."""
+        return ImpactRays(self, self.model.rigid_law.restitution)
+
+    @cached_property
+    def singular_points(self) -> dict[int, SingularPoint]:
+        """The singular point A = B = 0 of slip in each direction."""
+        return {s: SingularPoint(self.mechanism.coefficients, s, raw) for s in (-1, 1)}
+
+    # ---- the contact problem of the accelerations ----
+
+    def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
+        c, name = self.mechanism.coefficients, SLIPS[slip]
+        moving, A, B = slip * self.slip, c.A(slip), c.B
+        several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
+        return (
+            Choice(name, all_positive(moving, A - RATE_ROUNDING * c.W_nn, -B)),
+            Choice(self.rays.first(name), all_positive(moving, -B)),  # A <= 0 is left: A = 0 too
+            Choice(several[self.model.rigid_law.policy], all_positive(moving, -A, B)),
+        )
+
+    def _resting_choices(self) -> tuple[Choice, ...]:
+        """At v_t = 0 (to be tried after both slips): lift-off, stick, or the onset of a slip."""
+        c, rest = self.mechanism.coefficients, is_zero(self.slip)
+        stick = Choice("stick", self._stick_condition())
+        onsets = []
+        for slip, name in SLIPS.items():
+            rate = slip * (c.slip_rate_coefficient(slip) * c.slip_force(slip) + c.b_t)
+            for sign, target in ((1, name), (-1, f"{name}_unstable")):
+                condition = all_positive(sign * c.A(slip), -sign * c.B, rate)
+                onsets.append(Choice(target, condition, ("slip_stop",)))
+        lift = Choice(FLIGHT, positive(c.B))
+        lifts = self.model.rigid_law.policy == "liftoff"
+        order = (lift, stick, *onsets) if lifts else (stick, *onsets, lift)
+        return tuple(Choice(x.target, sp.And(rest, x.condition), x.departs) for x in order)
+
+    def _stick_condition(self) -> Boolean:
+        """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
+        c = self.mechanism.coefficients
+        if not c.rank_one:
+            margins = self.stick_margins(c.stick_force).values()
+            # Without friction it sticks where none is needed: nothing begins to slip.
+            none = sp.And(is_zero(c.mu), is_zero(self.tangential_force("stick", c.stick_force)))
+            return sp.And(positive(c.stick_force), sp.Or(all_positive(*margins), none))
+        # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
+        margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
+        terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
+        return all_positive(margin, sp.Float("1e-12") * terms - sp.Abs(c.W_tt * c.B_stick))
+
+    def _decision(self) -> Mode:
+        clean = dict.fromkeys(MEMORY, _ZERO)
+        start = clean | {APPROACH: self.gap_rate}
+        arriving = self.transition(
+            "impact", EventKind.IMPACT, self.gap_rate, self.rays.starts(), start
+        )
+        leaving = self.transition(
+            "leave", EventKind.LIFTOFF, -self.gap_rate, (Choice(FLIGHT),), clean
+        )
+        solutions = (
+            *self._sliding_choices(-1),
+            *self._sliding_choices(1),
+            *self._resting_choices(),
+            Choice(FLIGHT),
+        )
+        reset = clean | {self.gap_rate: _ZERO}
+        decide = self.transition("decide", EventKind.CONTACT, None, solutions, reset)
+        return self.instant_mode(DECISION, arriving, leaving, decide)
+
+    # ---- modes ----
+
+    def _flight(self) -> Mode:
+        closed = dict.fromkeys((self.gap, self.gap_rate, *MEMORY), _ZERO)
+        land = self.transition(
+            "touchdown",
+            EventKind.TOUCHDOWN,
+            self.gap,
+            (Choice(DECISION),),
+            {self.gap: _ZERO},
+            on_accumulation=Accumulation(EventKind.SETTLE, DECISION, closed),
+        )
+        outputs = self.outputs(None, _ZERO, _ZERO)
+        return Mode(FLIGHT, self.field(None, _ZERO), (land, *self.domain_ends), outputs)
+
+    def _slip(self, contact: str, unstable: bool) -> Mode:
+        c, s = self.mechanism.coefficients, CONTACTS[contact]
+        sign = -1 if unstable else 1
+        stop = self.slip_stop(s, (Choice(DECISION),))
+        # Where F_n crosses zero from above: A > 0, B reaches 0 from below; A < 0, B from above.
+        # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
+        open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
+        lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))
+        meet = self.singular(sign * c.A(s))
+        name = f"{contact}_unstable" if unstable else contact
+        return self.held_mode(name, contact, c.slip_force(s), (stop, lift, meet))
+
+    def _stick(self) -> Mode:
+        c = self.mechanism.coefficients
+        if c.rank_one:
+            return self.instant_mode("stick", self.jam())
+
+        def enter(slip: int) -> tuple[Choice, ...]:
+            # Where the force of such a slip would turn it back, only lift-off is left.
+            possible = Choice(SLIPS[slip], positive(c.A(slip)), ("slip_stop",))
+            return possible, Choice(FLIGHT)
+
+        changes = self.slip_starts(self.stick_margins(c.stick_force), enter)
+        lift = self.transition("liftoff", EventKind.LIFTOFF, c.stick_force, (Choice(DECISION),))
+        return self.held_mode("stick", "stick", c.stick_force, (*changes, lift))
+
+    @cached_property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, validated; modes that cannot be reached under the policy are left out."""
+        modes = [self._flight(), self._decision(), self._stick()]
+        modes += [self._slip(n, u) for n in SLIPS.values() for u in (False, True)]
+        modes += self.rays.modes(DECISION)
+        starts = (Choice(FLIGHT, positive(self.gap)), Choice(DECISION))
+        title = f", rigid, {self.model.rigid_law.restitution} restitution"
+        return self.automaton_of(title, modes, starts, memory=MEMORY)

@@ -1,0 +1,314 @@
+"""A compliant contact that yields along its tangent, too: one of several, and an only one.
+
+A spring of stiffness k_t is in series with Coulomb friction; its deflection is ξ, and F_t = −k_t ξ.
+In stick ξ̇ = v_t. In slip along s the force is −s μ F_n, hence ξ = s μ F_n/k_t: friction slips at
+v_t − ξ̇ = v_t − s μ Ḟ_n/k_t, and stops where that vanishes.
+
+The state of the contact is ζ = ξ − s μ F_n/k_t, the deflection from that of slip along s, where s
+is the last direction of slip, 0 before the first slip of a contact. Slip ends with ζ = ζ̇ = 0, and
+with ζ itself as a state round-off does not start it again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import ClassVar
+
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from painleve_sym.automata.automaton import Alternative, Choice, Part, Test, Transition, positive
+from painleve_sym.automata.compliant import BranchChange, CompliantContact, CompliantInterface
+from painleve_sym.automata.contact_states import FRICTION_WORK
+from painleve_sym.automata.interfaces import (
+    FLIGHTS,
+    SLIP_STARTS,
+    ContactMotion,
+    Memory,
+    not_negative,
+)
+from painleve_sym.automata.model import CONTACTS, FLIGHT, MOTION, SLIPS
+from painleve_sym.automata.scales import Terms
+from painleve_sym.errors import EventKind
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch
+
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+
+@dataclass(frozen=True)
+class SpringInterface(CompliantInterface):
+    """A compliant contact that yields along its tangent, too: its law has `Friction.SPRING`.
+
+    F_t follows from its states, so that nothing is to be chosen where it stops, slips or lands.
+
+    References
+    ----------
+    Mindlin (1949); Iwan (1966); Dupont & Yamajako (1997).
+    """
+
+    @property
+    def stiffness(self) -> sp.Expr:
+        """k_t; N/m."""
+        stiffness = self.law.friction.tangential_stiffness
+        assert stiffness is not None
+        return stiffness
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """ζ."""
+        return (self.row.deflection,)
+
+    def scales_of_states(self, gap: sp.Expr, terms: Terms) -> Memory:
+        """Return what the force of the gap's scale deflects; m."""
+        load = terms("load", self.law.stiffness * gap**self.law.exponent)
+        return {self.row.deflection: load / self.stiffness}
+
+    @cached_property
+    def last_slip(self) -> sp.Symbol:
+        """Memory: s, the last direction of slip, or 0 where there was none since it closed."""
+        return self._symbol("slip_side")
+
+    @property
+    def relaxed(self) -> Memory:
+        """Reset where the contact closes: ξ = 0."""
+        return {self.last_slip: _ZERO, self.row.deflection: _ZERO}
+
+    def limit_rate(self, branch: Branch, acceleration: sp.Expr) -> sp.Expr:
+        """Return μ Ḟ_n/k_t of a branch at a g̈_N, inside the contact or where it begins; m/s."""
+        by_depth, by_rate = (
+            # A ramp rises from its kink on, and xⁿ/x is xⁿ⁻¹ also at x = 0.
+            sp.powsimp(sp.diff(branch.force, s).replace(sp.Heaviside, lambda *_: _ONE))
+            for s in (DELTA, DELTA_DOT)
+        )
+        rate = self.of_state(by_depth * DELTA_DOT) - self.of_state(by_rate) * acceleration
+        return self.kinetic_coefficient * rate / self.stiffness
+
+    def slip_margins(self, normal_force: sp.Expr) -> dict[int, sp.Expr]:
+        """Return μ F_n + s F_t by s; nothing cancels on the side of the last slip."""
+        return {
+            s: (1 - s * self.last_slip) * self.kinetic_coefficient * normal_force
+            - s * self.stiffness * self.row.deflection
+            for s in SLIPS
+        }
+
+    def slides(self, change: BranchChange, acceleration: sp.Expr) -> dict[int, Boolean]:
+        """Return where a closing contact slides, by the direction of the slip.
+
+        There the force of the spring, relaxed, would outgrow friction. Where the normal force sets
+        in with a jump, by a dashpot, friction bears any deflection at first.
+        """
+        branch, at = self.law.branch(change.target), self.landing_states(change)
+        limit = self.limit_rate(branch, acceleration).xreplace(at)
+        slides = {s: positive(s * self.row.slip - limit) for s in SLIPS}
+        if at and branch.force.has(DELTA_DOT):
+            borne = self.kinetic_coefficient * self.of_state(branch.force).xreplace(at)
+            none = sp.Le(borne, 0, evaluate=False)
+            slides = {s: sp.And(none, slide) for s, slide in slides.items()}
+        return slides
+
+    def landing_states(self, change: BranchChange) -> Memory:
+        """Return the gap of a touchdown, exactly 0."""
+        return {self.row.gap: _ZERO} if change.source == FLIGHT else {}
+
+    # ---- one of several contacts ----
+
+    @property
+    def holds(self) -> sp.Expr:
+        """It holds by its deflection, not by its velocity."""
+        return _ZERO
+
+    @property
+    def still(self) -> sp.Expr:
+        """Its velocity is never kept."""
+        return _ZERO
+
+    @property
+    def _friction_memory(self) -> tuple[sp.Symbol, ...]:
+        return (*super()._friction_memory, self.last_slip)
+
+    def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
+        """Return −s μ F_n, of stick and of slip; N."""
+        return -self.kinetic_coefficient * self.last_slip * normal_force
+
+    @property
+    def spring_force(self) -> sp.Expr:
+        """−k_t ζ; N."""
+        return -self.stiffness * self.row.deflection
+
+    @property
+    def tangential_deflection(self) -> sp.Expr:
+        """ξ; m."""
+        return -self.known_friction(self.given_force) / self.stiffness + self.row.deflection
+
+    @property
+    def stored_energy(self) -> sp.Expr:
+        """Energy that the contact can still return, with that of the spring; J."""
+        return super().stored_energy + self.stiffness * self.tangential_deflection**2 / 2
+
+    @property
+    def outputs(self) -> dict[str, sp.Expr]:
+        """ξ."""
+        return {f"tangential_deflection{self.row.end}": self.tangential_deflection}
+
+    def _yields(self, motion: ContactMotion) -> sp.Expr:
+        """Return μ Ḟ_n/k_t; m/s."""
+        return self.in_branches(lambda b: self.limit_rate(b, motion.normal_acceleration))
+
+    def rates(self, motion: ContactMotion) -> dict[sp.Symbol, sp.Expr]:
+        """Return ζ̇."""
+        velocity = self.row.slip - self.last_slip * self._yields(motion)
+        return {self.row.deflection: self.sticks * velocity}
+
+    def rubbing_velocity(self, motion: ContactMotion) -> sp.Expr:
+        """Return v_t − ξ̇ of slip; m/s."""
+        return self.row.slip - self.sign * self._yields(motion)
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return none: its forces follow from its state."""
+        return []
+
+    @property
+    def part(self) -> Part:
+        """It keeps on, whatever the others choose."""
+        keeps = (Alternative(not_negative(self.closed)),)
+        own = self.name, self.memory, self.local_modes
+        return Part(*own, keeps, leaving=self._starts, variants=self.variants)
+
+    @property
+    def _starts(self) -> tuple[str, ...]:
+        return tuple(f"{label}:{self.name}" for label in SLIP_STARTS.values())
+
+    def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
+        still = {self.row.deflection: _ZERO}
+        changes = [
+            self._transition(
+                SLIP_STARTS[s],
+                EventKind.SLIP_START,
+                self.sticks * (margin + self.unresolved_friction),
+                self._rub(sp.Integer(s), _ZERO) | {self.last_slip: sp.Integer(s)} | still,
+                asks=False,
+                departs=(f"slip_stop:{self.name}",),
+            )
+            for s, margin in self.slip_margins(motion.normal_force).items()
+        ]
+        guard, sticks = self.sign * self.rubbing_velocity(motion), self._rub(_ZERO, _ONE) | still
+        stop = self._transition(
+            "slip_stop", EventKind.SLIP_STOP, guard, sticks, asks=False, departs=self._starts
+        )
+        return [*changes, stop]
+
+    def _enter_flight(self, name: str) -> Memory:
+        return super()._enter_flight(name) | self.relaxed
+
+    def _enter_branch(self, branch: str) -> Memory:
+        """Return the memory of a loaded start: what slides has been sliding."""
+        return super()._enter_branch(branch) | {self.last_slip: sp.sign(self.row.slip)}
+
+    def _land(self, change: BranchChange, motion: ContactMotion) -> Memory:
+        slides = self.slides(change, motion.normal_acceleration)
+
+        def where(values: Mapping[int, int]) -> sp.Piecewise:
+            """Return the value of the slip that begins, or that of stick, 0."""
+            cases = [(values[s], condition) for s, condition in slides.items()]
+            return sp.Piecewise(*cases, (values[0], True), evaluate=False)
+
+        sign = where({-1: -1, 0: 0, 1: 1})
+        return {
+            self.local: self._index(change.target) + sign,
+            self.sign: sign,
+            self.sticks: where({-1: 0, 0: 1, 1: 0}),
+            **self._in(change.target),
+            **self._resolution(motion),
+            **self.relaxed,
+            **self.landing_states(change),
+            self.last_slip: sign,
+        }
+
+
+@dataclass(frozen=True)
+class TangentialSpringContact(CompliantContact):
+    """Builds the automaton of a contact whose law has `Friction.SPRING`; see `SpringInterface`.
+
+    A contact that is loaded at the start and slides has been sliding: its spring is deflected by
+    s μ F_n/k_t. At rest, and where it touches down, the spring is relaxed: s = ζ = 0. The force of
+    the law does not jump while the contact is loaded.
+    """
+
+    stick_yields: ClassVar[bool] = True
+
+    @cached_property
+    def interface(self) -> SpringInterface:
+        """The contact with its law and its spring."""
+        return SpringInterface(self.rows[0], MOTION, self.law)
+
+    @property
+    def deflection(self) -> sp.Symbol:
+        """State ζ."""
+        return self.rows[0].deflection
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Memory of the law, and s."""
+        return (*self.law.memory, self.interface.last_slip)
+
+    # ---- forces and rates ----
+
+    def tangential_force(self, contact: str, force: sp.Expr) -> sp.Expr:
+        """Return F_t of a contact mode for the normal force `force`."""
+        if contact == "stick":
+            limit = self.friction_coefficient * force
+            return -self.interface.last_slip * limit - self.interface.stiffness * self.deflection
+        return super().tangential_force(contact, force)
+
+    def _law_field(self, contact: str, branch: Branch) -> dict[sp.Symbol, sp.Expr]:
+        rates = super()._law_field(contact, branch)
+        yields = self.interface.limit_rate(branch, rates[self.gap_rate])
+        if contact == "stick":
+            velocity = self.slip - self.interface.last_slip * yields
+            return rates | {self.deflection: velocity, FRICTION_WORK: _ZERO}
+        friction = self.tangential_force(contact, self.interface.of_state(branch.force))
+        velocity = self.slip - CONTACTS[contact] * yields
+        return rates | {FRICTION_WORK: -friction * velocity}
+
+    def outputs(self, contact: str | None, force: sp.Expr, stored: sp.Expr) -> dict[str, sp.Expr]:
+        """Return forces, gap and energies of a mode, with ξ and the energy k_t ξ²/2."""
+        friction = self.tangential_force(contact, force) if contact else _ZERO
+        deflection = -friction / self.interface.stiffness
+        energy = stored + self.interface.stiffness * deflection**2 / 2
+        own = super().outputs(contact, force, energy)
+        return own | {"tangential_deflection": deflection}
+
+    # ---- transitions ----
+
+    def _slip_starts(self, branch: Branch, force: sp.Expr) -> list[Transition]:
+        """Return the ends of stick: the spring is deflected as far as friction can bear."""
+        margins = self.interface.slip_margins(force)
+        return self.slip_starts(margins, partial(self._begun, branch), {self.deflection: _ZERO})
+
+    def _slip_stop(self, s: int, branch: Branch, force: sp.Expr) -> Transition:
+        """Return the end of slip along s: the spring yields as fast as the contact moves."""
+        name = SLIPS[s]
+        acceleration = self._law_field(name, branch)[self.gap_rate]
+        yields = s * self.interface.limit_rate(branch, acceleration)
+        # |F_t| = μ F_n there, and both sides grow alike.
+        stick = Choice(f"stick/{branch.name}", departs=(name,))
+        reset = {self.deflection: _ZERO, self.interface.last_slip: sp.Integer(s)}
+        guard = s * (self.slip - yields)
+        return self.transition("slip_stop", EventKind.SLIP_STOP, guard, (stick,), reset)
+
+    def _change(self, contact: str, change: BranchChange) -> Transition:
+        transition = super()._change(contact, change)
+        if change.source in FLIGHTS or change.target not in FLIGHTS:
+            return transition
+        return replace(transition, reset={**transition.reset, **self.interface.relaxed})
+
+    def _landing(self, change: BranchChange) -> tuple[tuple[Choice, ...], dict[sp.Symbol, sp.Expr]]:
+        """Return slip where the force of the spring would outgrow friction, else stick."""
+        slides = self.interface.slides(change, self.mechanism.coefficients.b_n)
+        choices = (
+            *(Choice(f"{SLIPS[s]}/{change.target}", slide) for s, slide in slides.items()),
+            Choice(f"stick/{change.target}", departs=tuple(SLIPS.values())),
+        )
+        return choices, {**self.interface.relaxed, **self.interface.landing_states(change)}

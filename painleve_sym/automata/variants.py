@@ -1,0 +1,138 @@
+"""A mode whose local modes are data, with constants in place of the memory that holds them.
+
+Such a mode has forces and guards for whatever each part does, switched by flags. While the flags
+have certain values most of that is nothing: the rest is shorter, and equal but for rounding.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+
+from painleve_sym.automata.automaton import Definition, HybridAutomaton, LinearSystem, Mode
+
+MOST_VARIANTS = 16
+"""Of an automaton: each takes the compiler up to a tenth of the time of the whole."""
+SHORTER = 2 / 3
+"""Of the operations of a mode: a variant that has more of them is not worth its compilation."""
+
+Term = Definition | LinearSystem
+Terms = tuple[Term, ...]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The modes of an automaton with constants in place of some of its memory.
+
+    `place` is that of the constants among the combinations of `known_memory`. `terms` take the
+    place of those of the automaton that define the same symbols; those that are numbers are
+    `constants`, too.
+    """
+
+    place: int
+    constants: Mapping[sp.Symbol, sp.Expr]
+    terms: Terms
+
+    def field(self, mode: Mode) -> dict[sp.Symbol, sp.Expr]:
+        """Return the field of a mode."""
+        return {s: sp.sympify(rate).xreplace(self.constants) for s, rate in mode.field.items()}
+
+    def guards(self, mode: Mode) -> dict[int, sp.Expr]:
+        """Return the guards of a mode that may fire, by the index of their transition."""
+        guards = {
+            j: t.guard.xreplace(self.constants)
+            for j, t in enumerate(mode.transitions)
+            if t.guard is not None
+        }
+        return {j: g for j, g in guards.items() if not (g.is_number and g >= 0)}
+
+
+def known_memory(automaton: HybridAutomaton) -> tuple[tuple[Mapping[sp.Symbol, sp.Expr], ...], ...]:
+    """Return the values of the memory of each part for which there are variants.
+
+    Their combinations are not more than `MOST_VARIANTS`: the last values of the parts with the most
+    are left out.
+    """
+    values = [list(part.variants) for part in automaton.parts]
+    while math.prod(map(len, values)) > MOST_VARIANTS:
+        max(values, key=len).pop()
+    return tuple(map(tuple, values))
+
+
+def variants(automaton: HybridAutomaton) -> Iterator[Variant]:
+    """Yield the variants of an automaton in the order of their places."""
+    if not automaton.parts:
+        return
+    known = {s for part in automaton.parts for one in part.variants for s in one}
+    terms: list[Term] = []
+    for term in automaton.terms:
+        if known & term.needs:
+            known |= set(term.symbols)
+            terms.append(term)
+    for place, values in enumerate(itertools.product(*known_memory(automaton))):
+        constants = {s: value for one in values for s, value in one.items()}
+        own = tuple(_specialised(tuple(terms), constants))
+        yield Variant(place, constants, own)
+
+
+def _specialised(terms: Terms, constants: dict[sp.Symbol, sp.Expr]) -> Iterator[Term]:
+    """Yield the terms with the constants, to which those that are numbers are added."""
+    for term in terms:
+        whole = _with_constants(term, constants)
+        for part in [whole] if isinstance(whole, Definition) else _blocks(whole):
+            own = _with_constants(part, constants)
+            if isinstance(own, Definition) and own.expression.is_number:
+                constants[own.symbol] = own.expression
+            yield own
+
+
+def _with_constants(term: Term, constants: Mapping[sp.Symbol, sp.Expr]) -> Term:
+    if isinstance(term, Definition):
+        return Definition(term.symbol, term.expression.xreplace(constants))
+    return LinearSystem(
+        term.unknowns,
+        term.matrix.xreplace(constants),
+        term.right.xreplace(constants),
+        None if term.ease is None else tuple(e.xreplace(constants) for e in term.ease),
+        tuple(s.xreplace(constants) for s in term.scales),
+        term.determinant,
+    )
+
+
+def _blocks(term: LinearSystem) -> Iterator[Term]:
+    """Yield the systems of the unknowns that depend on each other; a single one is a quotient."""
+    determinant, every = sp.Integer(1), list(range(term.right.cols))
+    for rows in _rows_of_blocks(term.matrix):
+        if len(rows) == 1:
+            (i,) = rows
+            for k in every:
+                yield Definition(term.unknowns[i, k], term.right[i, k] / term.matrix[i, i])
+            if term.scales:
+                determinant *= term.matrix[i, i] / term.scales[i]
+            continue
+        own = sp.Symbol(f"{term.determinant}_{rows[0]}", real=True) if term.determinant else None
+        yield LinearSystem(
+            term.unknowns.extract(rows, every),
+            term.matrix.extract(rows, rows),
+            term.right.extract(rows, every),
+            term.ease and tuple(term.ease[i] for i in rows),
+            term.scales and tuple(term.scales[i] for i in rows),
+            own,
+        )
+        determinant *= own or 1
+    if term.determinant is not None:
+        # More than two unknowns may be undetermined, and then no determinant is asked for.
+        yield Definition(term.determinant, determinant if term.matrix.rows <= 2 else sp.Integer(1))
+
+
+def _rows_of_blocks(matrix: sp.Matrix) -> list[list[int]]:
+    blocks: list[list[int]] = []
+    for i in range(matrix.rows):
+        joined = [b for b in blocks if any(matrix[i, j] != 0 or matrix[j, i] != 0 for j in b)]
+        blocks = [b for b in blocks if b not in joined]
+        blocks.append(sorted([i, *(j for b in joined for j in b)]))
+    return sorted(blocks)

@@ -1,1 +1,0 @@
-"""Contacts: what one contact may do, and several together."""

@@ -1,1 +1,0 @@
-"""Impacts of rigid contacts."""

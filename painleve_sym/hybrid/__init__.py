@@ -1,1 +1,0 @@
-"""Hybrid automata: what can happen, with no numbers in it."""

@@ -1,0 +1,1 @@
+"""Impacts of rigid contacts by their numbers: W, friction, velocities and restitution."""
