@@ -474,9 +474,13 @@ class RobotContact:
             )
 
     def _ranges(self) -> dict[str, tuple[float, float]]:
-        """Return the limits of the joints that are varied: a turn for those that have none."""
-        ranges = {}
-        for joint in self.joints.values():
+        """Return the limits of the joints that are varied: a turn for those that have none.
+
+        Their order is the one of the robot itself, so that random poses of it are the same whatever
+        the order in its file.
+        """
+        ranges, joints = {}, self.joints
+        for joint in (joints[n] for n in self.dynamics.tree.joints_by_place if n in joints):
             lower, upper = joint.lower, joint.upper
             if joint.unit == "rad":
                 lower, upper = max(lower, -math.pi), min(upper, math.pi)

@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -280,6 +281,31 @@ class RobotTree:
             frames[name] = Frame(into, cleaned(R @ frame.rotation), R @ frame.position + p)
         return replace(self, bodies=tuple(bodies), frames=frames)
 
+    @cached_property
+    def joints_by_place(self) -> tuple[str, ...]:
+        """Names of `joints`, each after those that carry it, siblings by their place and shape.
+
+        The names of a file and the order of its elements change nothing in it. Siblings that equal
+        each other with all that they carry stand in the order of the file.
+        """
+        bodies = self.merged.bodies
+        carried: list[list[int]] = [[] for _ in bodies]
+        shapes = [_shape(body) for body in bodies]
+        digests = [b""] * len(bodies)
+        for i in reversed(range(len(bodies))):
+            own = sorted(digests[k] for k in carried[i])
+            digests[i] = sha256(b"".join([repr(shapes[i]).encode(), *own])).digest()
+            if i:
+                carried[bodies[i].parent].append(i)
+        names, waiting = list[str](), [0]
+        while waiting:
+            i = waiting.pop()
+            joint = bodies[i].joint
+            if joint is not None and joint.mimic is None:
+                names.append(joint.name)
+            waiting += sorted(carried[i], key=lambda k: (shapes[k], digests[k], k), reverse=True)
+        return tuple(names)
+
     def massless(self, locked: Collection[str] = ()) -> str:
         """Return a joint that moves no mass and has no rotor, or ``base``; empty where none is."""
         carried = [body.mass for body in self.bodies]
@@ -320,6 +346,27 @@ class RobotTree:
             for b in self.bodies
         )
         return replace(self, bodies=tuple(bodies))
+
+
+def _shape(body: Body) -> tuple[float | str, ...]:
+    """Return all of a body, its place and its joint that a name or an order cannot change.
+
+    Lengths and masses that differ by rounding are equal in it.
+    """
+    arrays = [body.position, body.rotation, body.center, body.inertia, body.compensated]
+    joint = body.joint
+    if joint is not None:
+        arrays += [joint.axis, np.array([*joint.stiffness, *joint.damping])]
+    numbers = (
+        [body.mass]
+        if joint is None
+        else [
+            *(body.mass, joint.lower, joint.upper, joint.armature, joint.reference),
+            *(joint.spring_reference, joint.friction),
+        ]
+    )
+    flat = np.concatenate([*(array.ravel() for array in arrays), numbers])
+    return (*(np.round(flat, 9) + 0.0).tolist(), "" if joint is None else joint.kind.value)
 
 
 def _whole(parts: Sequence[tuple[Body, Array, Array]]) -> dict[str, Any]:

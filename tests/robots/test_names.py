@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from pathlib import Path
 
@@ -38,6 +39,9 @@ def numbers(path: Path, names: dict[str, str], frame: str, floating: bool) -> li
     b = tip.numbers_at({**tip.values, **moving}).b
     kept = [risk.W, b, risk.mu_P, risk.least_over_normals, risk.direction, tip.thresholds(poses)]
     kept += [risk.gradient[names[n]] for n in values]
+    drawn = tip.random_poses(20, seed=3)
+    kept += [drawn[names[n]] for n in values if names[n] in drawn]
+    kept += [np.sort(tip.thresholds(drawn))]
     if np.linalg.eigvalsh(risk.W)[0] > 1e-3 * risk.W[0, 0]:
         slip = {"contact_velocity": (0.0, 0.3, 0.1)}
         answer = tip.classify(mu, velocities, torques, **slip).answer
@@ -79,6 +83,29 @@ def test_names_and_order_change_no_number(tmp_path, seed):
 def test_names_and_order_change_no_number_of_100_robots(tmp_path):
     for seed in range(100):
         agree(tmp_path / "random.urdf", seed)
+
+
+def test_the_order_of_equal_legs_changes_no_random_pose(tmp_path):
+    # Legs at one place differ by what they carry alone; each is as good as its equal.
+    base = "<robot name='r'><link name='base'><inertial><mass value='2'/><inertia ixx='1' iyy='1'"
+    base += " izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+    link = "<link name='{0}'><inertial><origin xyz='0 0 -.1'/><mass value='{1}'/><inertia ixx='.01'"
+    link += " iyy='.01' izz='.01' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+    joint = "<joint name='j{1}' type='revolute'><parent link='{0}'/><child link='{1}'/>"
+    joint += "<origin xyz='0 0 -.2'/><axis xyz='0 1 0'/><limit lower='-1' upper='1'/></joint>"
+    legs = []
+    for name, foot_mass in (("a", 0.5), ("b", 0.3), ("c", 0.4)):
+        upper = link.format(name, 1.0) + joint.format("base", name)
+        legs.append(upper + link.format(f"{name}2", foot_mass) + joint.format(name, f"{name}2"))
+    drawn = []
+    for order in itertools.permutations(legs):
+        path = tmp_path / "legs.urdf"
+        path.write_text(base + "".join(order) + "</robot>")
+        tip = ps.robot(path, floating=True).contact("a2", point=(0.1, 0.0, -0.2))
+        drawn.append({name: v.tolist() for name, v in tip.random_poses(5).items()})
+        drawn[-1]["least"] = round(tip.least().mu_P, 9)
+    assert all(one == drawn[0] for one in drawn)
+    assert len({tuple(v) for k, v in drawn[0].items() if k != "least"}) == 6
 
 
 @pytest.mark.parametrize(

@@ -234,7 +234,8 @@ def test_leg_is_proved_over_a_box(study, folder, title, mu):
     over = {n: (v - 0.05, v + 0.05) for n, v in contact.values.items() if n in contact.joints}
     over = {n: ends for n, ends in over.items() if n.startswith(leg)}
     assert len(over) == 3
-    proof = prove_positive(contact.positive_function(over, mu)[0], over, title)
+    positive = contact.positive_function(over, mu)
+    proof = prove_positive(positive.function, positive.conditions, over, title)
     assert proof.verdict == "proved" and check(proof.certificate) == proof.pieces <= 3
 
 
