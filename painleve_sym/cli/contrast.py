@@ -51,7 +51,7 @@ def contrast(arguments: argparse.Namespace) -> int:
         files = {} if out is None else {"files": {"out": out}}
         print_json(contrast_data(comparison) | notices_data(notices) | files)
         return 0
-    if comparison.in_space:
+    if comparison.frozen:
         show_case(mechanism, scenario, comparison.parameters)
         _show_in_space(comparison, mechanism.state_units)
     else:
@@ -71,7 +71,7 @@ def contrast(arguments: argparse.Namespace) -> int:
 def contrast_data(comparison: Comparison) -> dict[str, Any]:
     """Return plain data with the documented keys."""
     return {
-        **plain_fields(comparison, "mechanism", "in_space", "state", "parameters"),
+        **plain_fields(comparison, "mechanism", "frozen", "state", "parameters"),
         "restitution": comparison.e,
         "t_end": comparison.t_end,
         "acceleration_level": _acceleration_data(comparison),
@@ -99,8 +99,7 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
             "stiffness": list(map(finite, comparison.stiffness_orders)),
             "stiffness_expected": finite(comparison.expected_stiffness_order),
         },
-        **plain_fields(comparison, "plastic_jump_unnoticed", "solver_dependent"),
-        **({"steps_miss_turn": comparison.steps_miss_turn} if comparison.in_space else {}),
+        **plain_fields(comparison, "plastic_jump_unnoticed", "solver_dependent", "steps_miss_turn"),
     }
 
 
@@ -142,10 +141,9 @@ def _motion_data(answer: Answer) -> dict[str, Any]:
         **plain_fields(answer, "stop_detail", "complete"),
         "time": answer.final_time,
         **plain_fields(answer, "state", "velocity", "normal_impulse"),
+        "tangential_impulse": list(answer.impulse[1:]),
+        "contact_velocity": answer.contact_velocities[-1].tolist(),
     }
-    if answer.impulse:  # in space
-        data["tangential_impulse"] = list(answer.impulse[1:])
-        data["contact_velocity"] = answer.contact_velocities[-1].tolist()
     if answer.method != "rigid":
         data["reference"] = answer.reference or None
         data["error"] = finite(answer.error)

@@ -51,7 +51,7 @@ def contrast_figure(comparison: Comparison, width: float | None = None) -> Figur
     """
     figure, panels = panel_grid(4, width, 2.1)
     normal, slip, steps, stiffness = panels
-    if comparison.in_space:
+    if comparison.frozen:
         _draw_impacts(normal, slip, comparison)
     else:
         _draw_motion(normal, comparison, 0)

@@ -151,7 +151,7 @@ FOOT = (
 
 def test_contact_in_space_as_json(capsys):
     data = run_json(capsys, "contrast", "rod-3d", "--state", TABLE_3)
-    assert data["in_space"] is True and data["steps_miss_turn"] is False
+    assert data["frozen"] is True and data["steps_miss_turn"] is False
     level = data["acceleration_level"]
     assert (level["case"], level["solutions"]) == ("inconsistent", []) and "lemke" not in level
     (solution,) = data["velocity_level"][0]["solutions"]

@@ -43,7 +43,7 @@ def test_slip_in_a_plane_has_the_errors_of_the_planar_rod(table_3):
 
 
 def test_impact_without_collision(table_3):
-    assert table_3.in_space and table_3.impact_without_collision
+    assert table_3.frozen and table_3.impact_without_collision
     assert table_3.plastic_jump_unnoticed and not table_3.solver_dependent and not table_3.jams
     assert list(table_3.jumps) == ["e", "plastic"]
     for answer in table_3.softened:

@@ -8,9 +8,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
 
+import numpy as np
+
 from painleve_sym.arrays import Array
 from painleve_sym.at.classification import Classification
-from painleve_sym.at.delassus import Delassus
+from painleve_sym.at.classify import classify_at
+from painleve_sym.at.delassus import ContactNumbers, Delassus
 from painleve_sym.at.jump import JumpResult, evaluate_jump
 from painleve_sym.choices import EngineLike, Restitution
 from painleve_sym.equality import Compared
@@ -21,8 +24,8 @@ from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.singular_limit import SingularLimit
 from painleve_sym.problem.complementarity.lcp import LCPSolution
-from painleve_sym.problem.complementarity.lemke import LemkeResult
-from painleve_sym.problem.complementarity.mpcc import MPCCSurvey
+from painleve_sym.problem.complementarity.lemke import LemkeResult, solve_lemke
+from painleve_sym.problem.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.problem.solution import ContactSolution
 
 LIFTOFF = "liftoff"
@@ -31,7 +34,7 @@ LIFTOFF = "liftoff"
 
 @dataclass(frozen=True)
 class AccelerationLevel:
-    """The contact problem of the state itself, solved three ways; in space only enumerated."""
+    """The contact problem of the state itself, solved three ways; discs are only enumerated."""
 
     classification: Classification
     lemke: LemkeResult[LCPSolution] | None = None
@@ -42,19 +45,18 @@ class AccelerationLevel:
 class Answer(Compared):
     """Result of one method: ``rigid``, ``stepping`` or ``softened``.
 
-    `complete` tells whether it came to where methods are compared: the end time, and in space,
-    where the configuration is frozen, the end of the impact.
+    `complete` tells whether it came to where methods are compared: the end time, and where the
+    configuration is frozen, the end of the impact.
 
     `way` is the restitution rule and policy, the solver, or the contact law; `setting` the step in
     s or Young's modulus in Pa, nan for a rigid motion. `stop_detail` says in words why it ended.
     State and velocities are those at `final_time`, before the end time where the motion ended
     early.
 
-    `normal_impulse` is ∫F_n dt and the impulses of impacts up to then; of an impact that jams, up
-    to where its impulse begins to grow without end; N s. `peak_force` is nan where forces are not
-    distinguished from impulses; N. Events are times and kinds; time stepping has none.
-    `contact_velocities` are ġ_N and v_t at `times`, in space ġ_N, v_t1 and v_t2. `impulse` has P_n,
-    P_t1 and P_t2 in space, and nothing in the plane; N s.
+    `impulse` is ∫F dt along n and the tangents, with the impulses of impacts up to then; of an
+    impact that jams, up to where its impulse begins to grow without end; N s. `peak_force` is nan
+    where forces are not distinguished from impulses; N. Events are times and kinds; time stepping
+    has none. `contact_velocities` are those along n and the tangents at `times`; m/s.
 
     Of time stepping alone are the number of solutions and the impulse of the first step (−1 and nan
     elsewhere), and what the contact does in it: open, liftoff, slip or stick; else empty. `limit`
@@ -76,18 +78,22 @@ class Answer(Compared):
     final_time: float
     state: dict[str, float]
     velocity: dict[str, float]
-    normal_impulse: float
+    impulse: tuple[float, ...]
     peak_force: float
     events: tuple[tuple[float, str], ...]
     times: Array = field(repr=False)
     contact_velocities: Array = field(repr=False)
-    impulse: tuple[float, ...] = ()
     solutions_first_step: int = -1
     first_impulse: float = float("nan")
     first_mode: str = ""
     limit: SingularLimit | None = None
     reference: str = ""
     error: float = float("nan")
+
+    @property
+    def normal_impulse(self) -> float:
+        """P_n; N s."""
+        return self.impulse[0]
 
     def same_end(self, other: Answer) -> bool:
         """Whether both end at one time, for one reason, with the same state."""
@@ -131,9 +137,14 @@ class Case(ABC):
         return f"contrast of {self.mechanism.name!r}"
 
     @cached_property
+    def at(self) -> ContactNumbers:
+        """The numbers of the contact at the start."""
+        return Delassus.of(self.mechanism).at(self.place.values)
+
+    @cached_property
     def closed_at_rest(self) -> tuple[bool, bool]:
         """Whether the gap of the start is 0, and whether its normal velocity is."""
-        at = Delassus.of(self.mechanism).at(self.place.values)
+        at = self.at
         closed = abs(at.gap) <= at.gap_tolerance, abs(at.gap_rate) <= at.rate_tolerance
         return bool(closed[0].all()), bool(closed[1].all())
 
@@ -141,6 +152,11 @@ class Case(ABC):
     def velocities(self) -> tuple[str, ...]:
         """Names of the velocities."""
         return self.mechanism.outline.velocity_names
+
+    @cached_property
+    def start_velocities(self) -> Array:
+        """Those of the start, in the order of `velocities`."""
+        return np.array([self.place.state[name] for name in self.velocities])
 
     def check(
         self, steps: Sequence[float], stiffness: Sequence[float], solvers: Sequence[str]
@@ -165,9 +181,15 @@ class Case(ABC):
 
     # ---- the answers ----
 
-    @abstractmethod
     def acceleration_level(self) -> AccelerationLevel | None:
-        """Return the contact problem of the state, solved; None where there is none."""
+        """Return the contact problem of the state, solved; None where it is open or closing."""
+        if not all(self.closed_at_rest):
+            return None
+        classification = classify_at(self.place)
+        if not classification.problem.in_plane:
+            return AccelerationLevel(classification)
+        lcp = classification.problem.lcp()
+        return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
     @abstractmethod
     def first_steps(self, steps: Sequence[float]) -> tuple[FirstStep, ...]:

@@ -24,8 +24,8 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
-from painleve_sym.study.compare.in_space import SpatialCase
-from painleve_sym.study.compare.planar import PlanarCase
+from painleve_sym.study.compare.frozen import FrozenCase
+from painleve_sym.study.compare.motions import MotionCase
 from painleve_sym.units import Value
 
 STEPS_TO_END = (10, 100, 1000)
@@ -60,10 +60,10 @@ class Comparison(Compared):
     rigid, stepping, softened : tuple of Answer
     exponent : float
         n of the contact law.
-    in_space : bool
-        Whether the contact is in space. Then the configuration is frozen, and the answers are those
-        of an impact: rigid jumps by all rules, one time step of each length, and compliant motion
-        up to where the contact opens. There is no Lemke and no relaxation.
+    frozen : bool
+        Whether the configuration is frozen, as it is of a contact in space. Then the answers are
+        those of an impact: rigid jumps by all rules, one time step of each length, and compliant
+        motion up to where the contact opens.
 
     Examples
     --------
@@ -88,7 +88,7 @@ class Comparison(Compared):
     stepping: tuple[Answer, ...]
     softened: tuple[Answer, ...]
     exponent: float
-    in_space: bool = False
+    frozen: bool = False
 
     @cached_property
     def step_orders(self) -> dict[str, tuple[float, ...]]:
@@ -111,12 +111,12 @@ class Comparison(Compared):
     def expected_stiffness_order(self) -> float:
         """−1/(2n), of an impact without collision; nan elsewhere, and where it jams.
 
-        In space, where the configuration is frozen, −1/(n + 1) of an impact with an approach: what
+        Where the configuration is frozen, −1/(n + 1) of an impact with an approach: what
         the jump drops is the impulse of b over the duration of the impact.
         """
         if self.impact_without_collision:
             return -1 / (2 * self.exponent)
-        collides = self.in_space and self.acceleration_level is None and self.jumps
+        collides = self.frozen and self.acceleration_level is None and self.jumps
         return -1 / (self.exponent + 1) if collides and not self.jams else float("nan")
 
     @property
@@ -143,13 +143,13 @@ class Comparison(Compared):
 
     @cached_property
     def steps_miss_turn(self) -> bool:
-        """Whether a time step in space differs from the jump however short it is.
+        """Whether a frozen time step differs from the jump however short it is.
 
         Its friction is that of the slip velocity after the step, that of the impact turns with the
         slip: errors that do not fall with the step are the difference.
         """
         last = [orders[-1] for orders in self.step_orders.values() if orders]
-        return self.in_space and any(abs(order) < _NO_ORDER for order in last)
+        return self.frozen and any(abs(order) < _NO_ORDER for order in last)
 
     @cached_property
     def plastic_jump_unnoticed(self) -> bool:
@@ -221,7 +221,7 @@ def compare(
     t_end = number(t_end, "t_end", where=where, unit="s", above=0.0)
     _refuse(mechanism)
     place = place_of(mechanism, state, parameters, close, contact_velocity)
-    of = SpatialCase if mechanism.outline.in_space else PlanarCase
+    of = FrozenCase if mechanism.outline.in_space else MotionCase
     case: Case = of(inside(place), e, t_end, engine)
     steps = [t_end / n for n in STEPS_TO_END] if steps is None else steps
     times = _in_si(where, "steps", steps, "s")
@@ -245,7 +245,7 @@ def compare(
         stepping=tuple(a for _, way in stepped for a in case.measured(list(way), rigid)),
         softened=tuple(case.measured(softened, rigid)),
         exponent=exponent,
-        in_space=mechanism.outline.in_space,
+        frozen=isinstance(case, FrozenCase),
     )
 
 

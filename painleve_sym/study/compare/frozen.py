@@ -1,4 +1,4 @@
-"""The answers of each method for a state of a contact in space, with the configuration frozen."""
+"""The answers of each method with the configuration frozen: those of one impact."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.at.classify import classified
 from painleve_sym.at.closing import closing_hint
 from painleve_sym.at.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.at.inputs import ROUND_OFF, refuse_infinite, refuse_place
@@ -35,8 +34,8 @@ _PLACES = {"least-impulse": 0, "largest-impulse": -1}
 
 
 @dataclass(frozen=True)
-class SpatialCase(Case):
-    """A contact in space with the W, b and μ of its state: the impact that follows.
+class FrozenCase(Case):
+    """A contact with the W, b and μ of its state: the impact that follows.
 
     Rigid answers are jumps, at t = 0. A time step is a single one, with the friction that its own
     last slip velocity has. A compliant motion goes up to where the contact opens.
@@ -80,14 +79,7 @@ class SpatialCase(Case):
                 f"{self.where}: step: got {step!r}, need a number in (0, t_end = {self.t_end!r}]."
             )
 
-    # ---- the contact problem, of accelerations and of a step ----
-
-    def acceleration_level(self) -> AccelerationLevel | None:
-        """Return the contact problem of the state; None where the contact is closing or opening."""
-        at, _ = self._whole
-        if not self.closed_at_rest[1]:
-            return None
-        return AccelerationLevel(classified(self.place, at, [0]))
+    # ---- one time step ----
 
     def first_steps(self, steps: Sequence[float]) -> tuple[FirstStep, ...]:
         """Return the problems of one time step of each length, solved."""
@@ -187,7 +179,7 @@ class SpatialCase(Case):
         """Return the answer of an impulse that has acted by a time."""
         _, moves = self._whole
         W, b, _ = self._contact
-        before = np.array([self.place.state[name] for name in self.velocities])
+        before = self.start_velocities
         change = moves.D @ impulse
         after = before + change + time * moves.free
         sizes = abs(before) + abs(moves.D) @ abs(impulse) + abs(time * moves.free)
@@ -212,7 +204,6 @@ class SpatialCase(Case):
             final_time=time,
             state={**self.place.state, **velocity},
             velocity=velocity,
-            normal_impulse=float(impulse[0]),
             impulse=tuple(impulse.tolist()),
             **own,
         )
@@ -227,9 +218,8 @@ class SpatialCase(Case):
         """
         W, _, _ = self._contact
         _, moves = self._whole
-        before = np.array([self.place.state[name] for name in self.velocities])
         P, energy = np.array(rigid.impulse), float(moves.kinetic_energy[0])
-        gained = float((moves.J @ before) @ P + P @ W @ P / 2)
+        gained = float((moves.J @ self.start_velocities) @ P + P @ W @ P / 2)
         difference = np.array(answer.impulse) - P
         sizes = (
             float(np.sqrt(2 * energy)),

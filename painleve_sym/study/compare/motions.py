@@ -1,4 +1,4 @@
-"""The answers of each method for a state of a planar contact."""
+"""The answers of each method by motions up to the end time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.at.classify import classify_at
-from painleve_sym.automata.impact_rays import NORMAL_IMPULSE
+from painleve_sym.automata.impact_rays import NORMAL_IMPULSE, TANGENTIAL_IMPULSE
 from painleve_sym.choices import Policy, Restitution
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.errors import StopReason
@@ -22,8 +21,6 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
 from painleve_sym.motion.time_stepping.stepping import SteppingRun, TimeStepper
 from painleve_sym.motion.trajectory import Trajectory
-from painleve_sym.problem.complementarity.lemke import solve_lemke
-from painleve_sym.problem.complementarity.mpcc import solve_mpcc_all
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
 
@@ -38,8 +35,8 @@ MPCC_SOLVES = 12
 
 
 @dataclass(frozen=True)
-class PlanarCase(Case):
-    """A planar contact: rigid, stepped and compliant motions up to the end time."""
+class MotionCase(Case):
+    """Rigid, stepped and compliant motions of a planar contact up to the end time."""
 
     solvers = SOLVERS
     contrasted = CONTRASTED
@@ -51,22 +48,6 @@ class PlanarCase(Case):
     def check_step(self, step: float) -> None:
         """Raise InputError for a step that is longer than the motion, or not positive."""
         self._stepper.check(step, self.t_end)
-
-    @cached_property
-    def contact_velocities(self) -> Array:
-        """Normal and slip velocity of the start; m/s."""
-        contact = self.mechanism.contact
-        return numbers([contact.gap_rate, contact.slip_velocity], self.place.values)
-
-    # ---- accelerations ----
-
-    def acceleration_level(self) -> AccelerationLevel | None:
-        """Return the contact problem of the state, solved; None where there is none."""
-        if not all(self.closed_at_rest):
-            return None
-        classification = classify_at(self.place)
-        lcp = classification.problem.lcp()
-        return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
     def first_steps(self, steps: Sequence[float]) -> tuple[FirstStep, ...]:
         """Return the first time steps in which the contact is closed, solved."""
@@ -92,8 +73,8 @@ class PlanarCase(Case):
                 run = simulator.run(self.place.state, parameters=given, t_end=self.t_end)
                 name = f"{rule}, {policy}" if several else rule
                 answer = self._answer("rigid", name, float("nan"), run)
-                total = answer.normal_impulse + _impulse_of_impacts(run)
-                answers.append(replace(answer, normal_impulse=total))
+                total = np.array(answer.impulse) + _impulse_of_impacts(run)
+                answers.append(replace(answer, impulse=tuple(total.tolist())))
         return answers
 
     def softened_answers(self, stiffness: Sequence[float]) -> tuple[list[Answer], float]:
@@ -120,7 +101,7 @@ class PlanarCase(Case):
         contact_velocities = np.column_stack([outputs["gap_rate"], outputs["slip_velocity"]])
         # A rigid jump at t = 0 is drawn from the start.
         times = np.append(0.0, times)
-        contact_velocities = np.vstack([self.contact_velocities, contact_velocities])
+        contact_velocities = np.vstack([self.at.v, contact_velocities])
         return Answer(
             method=method,
             way=way,
@@ -131,7 +112,7 @@ class PlanarCase(Case):
             final_time=run.final_time,
             state={n: run.final[n] for n in self.place.state},
             velocity={n: run.final[n] for n in self.velocities},
-            normal_impulse=_impulse_of_forces(run),
+            impulse=_impulse_of_forces(run),
             peak_force=float("nan") if rigid else float(np.max(outputs["normal_force"])),
             events=tuple((e.time, e.kind) for e in run.events),
             times=times,
@@ -176,7 +157,7 @@ class PlanarCase(Case):
             final_time=float(run.times[-1]),
             state=run.final,
             velocity={n: run.final[n] for n in self.velocities},
-            normal_impulse=run.normal_impulse,
+            impulse=tuple(float(np.sum(column)) for column in run.impulses.T),
             peak_force=float("nan"),
             events=(),
             times=run.times,
@@ -204,39 +185,34 @@ class PlanarCase(Case):
         M = self.mechanism.system.mass_matrix
         return numbers(list(M), self.place.values).reshape(M.shape)
 
-    @cached_property
-    def normal_mobility(self) -> float:
-        """W_nn at the start; 1/kg."""
-        return float(numbers([self.mechanism.coefficients.W_nn], self.place.values)[0])
-
     def distance(self, answer: Answer, rigid: Answer) -> float:
         """Return the distance by kinetic energy, relative to the largest speed; see `Answer`."""
         ends = [np.array([x.velocity[n] for n in self.velocities]) for x in (answer, rigid)]
-        begin = np.array([self.place.state[n] for n in self.velocities])
         # Beyond 1e154 m/s an energy has no number, and neither has the distance: inf or nan.
         with np.errstate(over="ignore", invalid="ignore"):
-            difference, *sizes = (
-                float(np.sqrt(u @ self.mass @ u)) for u in (ends[0] - ends[1], ends[1], begin)
-            )
+            moving = (ends[0] - ends[1], ends[1], self.start_velocities)
+            difference, *sizes = (float(np.sqrt(u @ self.mass @ u)) for u in moving)
         # A body held at rest has no speed but round-off: what its contact has stopped counts too.
-        sizes.append(rigid.normal_impulse * float(np.sqrt(self.normal_mobility)))
+        sizes.append(rigid.normal_impulse * float(np.sqrt(self.at.W[0, 0])))
         return difference / max(sizes) if max(sizes) > 0 else difference
 
 
-def _impulse_of_forces(run: Trajectory) -> float:
-    """Return ∫F_n dt over all steps, by Gauss's rule in each; N s."""
+def _impulse_of_forces(run: Trajectory) -> tuple[float, ...]:
+    """Return ∫F dt over all steps along n and t, by Gauss's rule in each; N s."""
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     times = run.step_time[:, None] + (1 + nodes) / 2 * run.step_length[:, None]
-    force = run.outputs(times.ravel())["normal_force"].reshape(times.shape)
-    return float(run.step_length @ force @ weights) / 2
+    outputs = run.outputs(times.ravel())
+    forces = (outputs[name].reshape(times.shape) for name in ("normal_force", "tangential_force"))
+    return tuple(float(run.step_length @ force @ weights) / 2 for force in forces)
 
 
-def _impulse_of_impacts(run: Trajectory) -> float:
-    """Return the sum of the normal impulses of the impacts of a rigid motion; N s."""
+def _impulse_of_impacts(run: Trajectory) -> Array:
+    """Return the sum of the impulses along n and t of the impacts of a rigid motion; N s."""
     if NORMAL_IMPULSE.name not in run.memory_names:
-        return 0.0
+        return np.zeros(2)
     assert isinstance(run.record, RunRecord)
-    events, k = run.record.raw.event_records, run.memory_names.index(NORMAL_IMPULSE.name)
-    # It grows with every phase of an impact, and begins at 0 with the next one.
-    growth = events.memory_after[:, k] - events.memory_before[:, k]
-    return float(np.sum(np.maximum(0.0, growth)))
+    named = (NORMAL_IMPULSE.name, TANGENTIAL_IMPULSE.name)
+    events, columns = run.record.raw.event_records, [run.memory_names.index(n) for n in named]
+    growth = (events.memory_after - events.memory_before)[:, columns]
+    # That along n grows with every phase of an impact, and both begin at 0 with the next one.
+    return np.asarray(growth[growth[:, 0] > 0].sum(axis=0))
