@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import sympy as sp
 
@@ -14,17 +15,19 @@ from painleve_sym.automata.automaton import (
     HybridAutomaton,
     Mode,
     Part,
+    Test,
     Transition,
     is_zero,
     positive,
 )
+from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode
 from painleve_sym.automata.contact_states import CONTACT_WORK, OneContact
 from painleve_sym.automata.interfaces import (
     FLIGHTS,
     RUBBING,
-    ContactMotion,
     Interface,
     Memory,
+    Start,
     switched,
     zero_factor,
 )
@@ -35,8 +38,6 @@ from painleve_sym.laws.contact_law import ContactLaw
 
 UNRESOLVED = sp.Rational(1, 10**12)
 """Of the forces of a contact: what they are known to."""
-RESOLVED = sp.Integer(10)
-"""Of the unresolved force: what is above rounding."""
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
@@ -107,11 +108,6 @@ class CompliantInterface(Interface):
         """Memory: what is rounding beside the normal forces since the contact closed; N."""
         return self._symbol("unresolved_force")
 
-    @property
-    def unresolved_friction(self) -> sp.Expr:
-        """Friction that is rounding, which stick bears; N."""
-        return self.static_coefficient * self.unresolved_force
-
     @cached_property
     def memory(self) -> tuple[sp.Symbol, ...]:
         """All memory of the contact."""
@@ -127,11 +123,6 @@ class CompliantInterface(Interface):
     def local_modes(self) -> tuple[str, ...]:
         """Flights, then slips and stick in each branch."""
         return (*FLIGHTS, *(f"{s}/{b.name}" for b in self.law.branches for s in RUBBING))
-
-    @property
-    def closed(self) -> sp.Expr:
-        """1 where it carries force, else 0."""
-        return sp.Add(*(self.flags[name] for name in self.branches))
 
     def of_state(self, expr: sp.Expr) -> sp.Expr:
         """Write an expression of the law in states and memory of the automaton."""
@@ -165,25 +156,36 @@ class CompliantInterface(Interface):
         ends = not self.law.friction.is_coulomb
         return {self.sign: _ZERO, self.sticks: _ZERO} if ends else {}
 
-    @cached_property
-    def given_force(self) -> sp.Expr:
-        """F_n of the branch it is in; 0 in flight; N."""
-        return self.in_branches(lambda b: b.force)
+    @property
+    def start(self) -> Start:
+        """It may start inside the surface, pressed."""
+        return Start(self.row, loading_curve=(self.law.stiffness, self.law.exponent))
 
-    def resolved(self, normal_force: sp.Expr, total: sp.Expr) -> sp.Expr:
-        """Return F_n, and what is just not rounding where all contacts have less; N."""
-        missing = sp.Max(RESOLVED * self.unresolved_force - total, 0)
-        return normal_force + self.closed * sp.Heaviside(-self.row.gap_rate, 0) * missing
+    @property
+    def closed(self) -> sp.Expr:
+        """1 where it carries force, else 0."""
+        return sp.Add(*(self.flags[name] for name in self.branches))
+
+    @property
+    def _flies(self) -> LocalMode:
+        zero = Known.ZERO
+        return LocalMode(1 - self.closed, zero, zero, gap_moves=True, slip_moves=True)
+
+    @property
+    def _of_law(self) -> dict[str, Any]:
+        """Normal force and energies of the law in its branches, 0 in flight; see `Forces`."""
+        return {
+            "given": self.in_branches(lambda b: b.force),
+            "unresolved": self.unresolved_force,
+            "stored_energy": self.in_branches(lambda b: b.stored_energy),
+            "dissipated_power": self.in_branches(lambda b: b.dissipated_power),
+        }
 
     @cached_property
-    def stored_energy(self) -> sp.Expr:
-        """Energy that the contact can still return; J."""
-        return self.in_branches(lambda b: b.stored_energy)
-
-    @cached_property
-    def dissipated_power(self) -> sp.Expr:
-        """Power lost in the law for good; W."""
-        return self.in_branches(lambda b: b.dissipated_power)
+    def forces(self) -> Forces:
+        """The law gives F_n where it is closed."""
+        table = self._table((self._flies,), self.closed, Known.GIVEN)
+        return Forces(self, table, **self._of_law)
 
     # ---- entering a local mode ----
 
@@ -237,11 +239,12 @@ class CompliantInterface(Interface):
     @cached_property
     def part(self) -> Part:
         """Alternatives where contacts at rest choose: keep on, stick, or slip either way."""
-        at_rest = sp.And(positive(self.closed), is_zero(self.row.slip))
-        sliding = sp.And(positive(self.closed), positive(sp.Abs(self.row.slip)))
+        closed, slip = self.closed, self.row.slip
+        at_rest = sp.And(positive(closed), is_zero(slip))
+        sliding = sp.And(positive(closed), positive(sp.Abs(slip)))
         choices = [
-            Alternative(sp.Le(self.closed, 0, evaluate=False)),
-            Alternative(sliding, self._rub(sp.sign(self.row.slip), _ZERO)),
+            Alternative(sp.Le(closed, 0, evaluate=False)),
+            Alternative(sliding, self._rub(sp.sign(slip), _ZERO)),
         ]
         has_static = not self.law.friction.is_coulomb
         may_stick = sp.And(at_rest, positive(self.sticks + self.sign**2)) if has_static else at_rest
@@ -249,13 +252,16 @@ class CompliantInterface(Interface):
         choices += [Alternative(at_rest, self._rub(sp.Integer(sign), _ZERO)) for sign in (-1, 1)]
         if self.target == CONTACT:  # beside rigid contacts, which may hold it
             choices += self._rests(at_rest, self._rub(_ZERO, _ONE), {-1: 3, 1: 4})
-        # Of a slip that begins only: compliant contacts open and close by their law.
-        own = self.name, self.memory, self.local_modes
-        rest, leaving = (self.row.slip,), self._leaving[:1]
-        return Part(*own, tuple(choices), rest, leaving, self.variants)
+        return self._part(
+            alternatives=tuple(choices),
+            rest=(slip,),
+            # Of a slip that begins only: compliant contacts open and close by their law.
+            leaving=self.watch.leaving[:1],
+            variants=self._variants,
+        )
 
     @property
-    def variants(self) -> tuple[Memory, ...]:
+    def _variants(self) -> tuple[Memory, ...]:
         """Flight, then slip and stick in branches of the same force."""
         flight = {self.sign: _ZERO, self.sticks: _ZERO, **self._in(FLIGHT)}
         groups: dict[sp.Expr, list[sp.Symbol]] = {}
@@ -267,10 +273,10 @@ class CompliantInterface(Interface):
             # It is in one of them; in which stays open.
             inside = {flag: value for flag, value in none.items() if flag not in others}
             inside[last] = 1 - sp.Add(*others)
-            rows += [rubs | inside for rubs in super().variants]
+            rows += [rubs | inside for rubs in self._rubbing_variants]
         return tuple(rows)
 
-    def start(self, motion: ContactMotion) -> Memory:
+    def begin(self, motion: ContactMotion) -> Memory:
         """Return the memory at the start: loading where the gap is negative, else open."""
         inside = self._enter_branch(self.law.loading.name) | self._resolution(motion)
         outside = self._enter_flight(FLIGHT)
@@ -322,9 +328,16 @@ class CompliantInterface(Interface):
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the changes of branch and flight."""
-        ends = [self._ends_of_rest(motion)] if self.target == CONTACT else []
+        ends = [self.watch.end_of_rest(motion)] if self.target == CONTACT else []
         switches = (self._switch(c, motion) for c in self.changes)
         return [*self._friction_changes(motion), *switches, *ends]
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return the friction cone, and the onset of slip."""
+        return self.watch.tests(motion)
+
+    def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
+        return self.watch.friction_changes(motion, self._released)
 
     def _switch(self, change: BranchChange, motion: ContactMotion) -> Transition:
         """Return a change as one of the memory of this contact."""
@@ -337,8 +350,9 @@ class CompliantInterface(Interface):
             enter = {self.local: self.local + shift, **self._in(change.target)}
         guard, reset = switched(self.flags[change.source], change.guard), change.reset | enter
         label = self._label(change.label, change.source)
-        back = tuple(f"{self._label(one, change.target)}:{self.name}" for one in change.back)
-        return self._transition(label, change.kind, guard, reset, asks=change.closes, departs=back)
+        back = tuple(f"{self._label(one, change.target)}:{self.row.name}" for one in change.back)
+        asks = change.closes
+        return self.watch.transition(label, change.kind, guard, reset, asks=asks, departs=back)
 
     def _label(self, label: str, source: str) -> str:
         """Return the label of a change among those from every source."""

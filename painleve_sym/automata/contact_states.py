@@ -11,7 +11,8 @@ from typing import Any, ClassVar
 import sympy as sp
 
 from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Reset, Transition
-from painleve_sym.automata.interfaces import ContactRow, Interface, cone_margins
+from painleve_sym.automata.contact_forces import ContactRow
+from painleve_sym.automata.interfaces import Interface, cone_margins
 from painleve_sym.automata.model import (
     CONTACT_LOSS,
     CONTACTS,
@@ -63,7 +64,7 @@ class ContactStates(ABC):
         """States of `Mechanism.motion`, of contacts where needed, then dissipated energies."""
         own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
-        springs = (s for contact in self.interfaces for s in contact.states)
+        springs = (s for contact in self.interfaces for s in contact.start.states)
         return (*own, *extra, *springs, *self.dissipations)
 
     @property

@@ -36,8 +36,9 @@ from painleve_sym.automata.automaton import (
     positive,
 )
 from painleve_sym.automata.compliant import BranchChange, CompliantInterface
+from painleve_sym.automata.contact_forces import ContactRow
 from painleve_sym.automata.contact_states import CONTACT_WORK, FRICTION_WORK
-from painleve_sym.automata.interfaces import FLIGHTS, ContactRow
+from painleve_sym.automata.interfaces import FLIGHTS
 from painleve_sym.automata.model import FLIGHT, MOTION
 from painleve_sym.errors import EventKind
 from painleve_sym.laws.compliance import Branch

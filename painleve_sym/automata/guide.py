@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
-from sympy.logic.boolalg import Boolean
 
 from painleve_sym.automata.automaton import (
     Alternative,
@@ -25,14 +24,9 @@ from painleve_sym.automata.automaton import (
     is_zero,
     positive,
 )
+from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known
 from painleve_sym.automata.contact_states import FORCE_WORK, FRICTION_WORK, OneContact
-from painleve_sym.automata.interfaces import (
-    RUBBING,
-    ContactMotion,
-    Interface,
-    Memory,
-    not_negative,
-)
+from painleve_sym.automata.interfaces import RUBBING, Interface, Memory, Start, not_negative
 from painleve_sym.automata.model import CONTACT, SLIPS, guide_slip_mode, guide_stick_mode
 from painleve_sym.automata.rigid import DECISION
 from painleve_sym.errors import EventKind
@@ -57,16 +51,6 @@ class GuideInterface(Interface):
         return self._symbol("side")
 
     @property
-    def closed(self) -> sp.Expr:
-        """It never opens."""
-        return _ONE
-
-    @property
-    def apart(self) -> sp.Expr:
-        """Its gap does not change."""
-        return _ZERO
-
-    @property
     def memory(self) -> tuple[sp.Symbol, ...]:
         """Local mode, sign of slip, sticking, side."""
         return self.local, self.sign, self.sticks, self.side
@@ -76,17 +60,21 @@ class GuideInterface(Interface):
         """Slip to either side and stick, each with either sign of F_n."""
         return tuple(f"{slip}/{side}" for side in ("pull", "push") for slip in RUBBING)
 
-    def start_faults(
-        self, gap: sp.Expr, rate: sp.Expr, near: sp.Expr, slow: sp.Expr
-    ) -> list[Boolean]:
-        """Return a gap and a gap rate that are not 0."""
-        return [sp.Gt(sp.Abs(gap), near), sp.Gt(sp.Abs(rate), slow)]
+    @property
+    def start(self) -> Start:
+        """It starts closed."""
+        return Start(self.row, guide=True)
+
+    @cached_property
+    def forces(self) -> Forces:
+        """Forces that keep g̈_N = 0, and friction; it never opens."""
+        return Forces(self, self._table((), _ONE, Known.UNKNOWN), side=self.side)
 
     def _held(self, sign: int, side: int) -> Memory:
         local = len(RUBBING) * (side > 0) + 1 + sign
         return self._rubbing(local, sign) | {self.side: sp.Integer(side)}
 
-    def start(self, motion: ContactMotion) -> Memory:
+    def begin(self, motion: ContactMotion) -> Memory:
         """Return some memory: the decision at the start finds the right one."""
         return self._held(0, 1)
 
@@ -102,20 +90,24 @@ class GuideInterface(Interface):
         for i, side in enumerate((1, -1)):
             slips = {-1: 2 + i, 1: 4 + i}
             offered += self._rests(is_zero(slip), self._held(0, side), slips)
-        own = self.name, self.memory, self.local_modes
-        return Part(*own, tuple(offered), (slip,), self._leaving, self.variants)
+        return self._part(
+            alternatives=tuple(offered),
+            rest=(slip,),
+            leaving=self.watch.leaving,
+            variants=self._rubbing_variants,
+        )
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the reversal of the normal force."""
         guard = self.side * motion.normal_force
-        turn = self._transition("force_reversal", EventKind.FORCE_REVERSAL, guard)
+        turn = self.watch.transition("force_reversal", EventKind.FORCE_REVERSAL, guard)
         # First: where F_n turns, what friction can bear vanishes, too.
-        return [turn, *self._friction_changes(motion), self._ends_of_rest(motion)]
+        return [turn, *self.watch.friction_changes(motion), self.watch.end_of_rest(motion)]
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return the sign of F_n, the friction cone, and the onset of slip."""
         own = Test(self.side * motion.normal_force, motion.force_scale)
-        return [own, *super().tests(motion)]
+        return [own, *self.watch.tests(motion)]
 
 
 @dataclass(frozen=True)

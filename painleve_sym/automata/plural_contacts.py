@@ -30,6 +30,7 @@ from painleve_sym.automata.automaton import (
     Transition,
 )
 from painleve_sym.automata.compliant import CompliantInterface
+from painleve_sym.automata.contact_forces import ContactMotion, Forces
 from painleve_sym.automata.contact_states import (
     CONTACT_WORK,
     FORCE_WORK,
@@ -38,7 +39,7 @@ from painleve_sym.automata.contact_states import (
     ContactStates,
 )
 from painleve_sym.automata.guide import GuideInterface
-from painleve_sym.automata.interfaces import ContactMotion, Interface, zero_factor
+from painleve_sym.automata.interfaces import Interface, zero_factor
 from painleve_sym.automata.model import CONTACT, MOTION, START
 from painleve_sym.automata.rigid import RigidInterface
 from painleve_sym.automata.tangential_spring import SpringInterface
@@ -82,6 +83,10 @@ class PluralContacts(ContactStates):
 
     # ---- forces ----
 
+    @cached_property
+    def _forces(self) -> tuple[Forces, ...]:
+        return tuple(c.forces for c in self.interfaces)
+
     @property
     def _at(self) -> ContactRows:
         return ContactRows(len(self.interfaces))
@@ -123,7 +128,7 @@ class PluralContacts(ContactStates):
         by `ease`: where it is empty equally, of a single column by what its forces let bear.
         """
         W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
-        sticks = [c.holds for c in self.interfaces]
+        sticks = [c.holds for c in self._forces]
         matrix, right = sp.zeros(n, n), sp.zeros(n, len(columns))
         normal, tangent = self._at.normal, self._at.tangent
         for i in range(n):
@@ -135,7 +140,7 @@ class PluralContacts(ContactStates):
             for k, force in enumerate(columns):
                 slipping = [
                     c.known_friction(force(j)) + (c.spring_force if k == 0 else _ZERO)
-                    for j, c in enumerate(self.interfaces)
+                    for j, c in enumerate(self._forces)
                 ]
                 pulled = sum(
                     W[t, normal(j)] * force(j) + W[t, tangent(j)] * slipping[j] for j in range(n)
@@ -165,7 +170,7 @@ class PluralContacts(ContactStates):
     @cached_property
     def _several_stick(self) -> sp.Expr:
         """1 where at least two contacts stick, else 0."""
-        sticks = [c.holds for c in self.interfaces]
+        sticks = [c.holds for c in self._forces]
         none = sp.Mul(*[1 - s for s in sticks])
         one = sp.Add(
             *[s * sp.Mul(*[1 - r for r in sticks if r is not s]) for s in sticks if s != 0]
@@ -179,8 +184,8 @@ class PluralContacts(ContactStates):
         is shared where fewer than two contacts stick: there the ease is 1 for all, so that no force
         is divided by a normal force that may vanish.
         """
-        sticks = [c.holds for c in self.interfaces]
-        limits = [c.holds * c.capacity(force(i)) for i, c in enumerate(self.interfaces)]
+        sticks = [c.holds for c in self._forces]
+        limits = [c.holds * c.capacity(force(i)) for i, c in enumerate(self._forces)]
         several = self._several_stick
         return tuple(
             several * (limit + (1 - s) * sp.Add(*limits)) + (1 - several)
@@ -193,9 +198,9 @@ class PluralContacts(ContactStates):
         own, given, size = self._symbols, self.contact_set, self._at.size
         W, F = own["W"], own["F"]
         laws = (
-            Definition(F[self._at.normal(i)], c.given_force)
-            for i, c in enumerate(self.interfaces)
-            if c.given_force is not None
+            Definition(F[self._at.normal(i)], c.given)
+            for i, c in enumerate(self._forces)
+            if c.given is not None
         )
         return (
             *_defined(own["a"], self.mechanism.system.free_acceleration),
@@ -209,10 +214,10 @@ class PluralContacts(ContactStates):
         )
 
     def _resolved_terms(self) -> Iterator[Definition | LinearSystem]:
-        """Yield forces and accelerations that tests take; see `Interface.resolved`."""
+        """Yield forces and accelerations that tests take; see `Forces.resolved`."""
         own, forces, at = self._symbols, self._symbols["resolved"], self._at
         total = sp.Add(*[sp.Abs(force) for force in self._normals()])
-        for i, (c, normal) in enumerate(zip(self.interfaces, self._normals(), strict=True)):
+        for i, (c, normal) in enumerate(zip(self._forces, self._normals(), strict=True)):
             yield Definition(forces[at.normal(i)], c.resolved(normal, total))
         tangential = sp.Matrix(list(forces)[at.tangentials])
         yield self._friction([lambda i: forces[at.normal(i)]], tangential)
@@ -288,7 +293,7 @@ class PluralContacts(ContactStates):
         normal, tangent = self._at.normal, self._at.tangent
         matrix, right = sp.zeros(size, size), sp.zeros(size, 1)
         for row, u in enumerate(unknowns):
-            c = self.interfaces[u].closed
+            c = self._forces[u].closed
             for column, v in enumerate(unknowns):
                 share = W[normal(u), normal(v)] + sum(
                     W[normal(u), tangent(j)] * X[j, 1 + column] for j in range(n)
@@ -322,20 +327,20 @@ class PluralContacts(ContactStates):
         F, moved = own["F"], own["acceleration"]
         rates = self.motion_rates(own["a"] + own["D"] * F, F)
         friction = lost = _ZERO
-        for i, c in enumerate(self.interfaces):
-            n, t, row = self._at.normal(i), self._at.tangent(i), c.row
+        for i, c in enumerate(self._forces):
+            n, t, row = self._at.normal(i), self._at.tangent(i), c.contact.row
             moves = c.apart * (1 - self._kept(i))
             rates[row.gap] = moves * row.gap_rate
             rates[row.gap_rate] = moves * moved[n]
             rates[row.slip] = (1 - c.still) * moved[t]
             rates |= c.rates(self._motion(i))
-            friction -= (1 - c.sticks) * F[t] * c.rubbing_velocity(self._motion(i))
+            friction -= (1 - c.contact.sticks) * F[t] * c.rubbing_velocity(self._motion(i))
             lost += c.dissipated_power
         return rates | {FRICTION_WORK: friction, CONTACT_WORK: lost}
 
     def _outputs(self) -> dict[str, sp.Expr]:
-        stored = sp.Add(*[c.stored_energy for c in self.interfaces])
-        own = {name: value for c in self.interfaces for name, value in c.outputs.items()}
+        stored = sp.Add(*[c.stored_energy for c in self._forces])
+        own = {name: value for c in self._forces for name, value in c.outputs.items()}
         return self.outputs_of(self._symbols["F"], stored) | own
 
     def _modes(self) -> tuple[Mode, ...]:
@@ -348,11 +353,11 @@ class PluralContacts(ContactStates):
         ]
         if len(rigid) == 2:
             # Where both stick and rigidity leaves their forces open, no forces are those.
-            both = sp.Mul(*[self.interfaces[i].holds for i in rigid])
+            both = sp.Mul(*[self._forces[i].holds for i in rigid])
             tests.append(Test(both * (sp.Abs(_DETERMINANT) - SINGULAR_MARGIN), both))
         for contacts in self._holding_a_guide():
             # Rigidity leaves the force of the guide open: where it may rest, one of them does.
-            stick = sp.Mul(*[self.interfaces[i].holds for i in contacts])
+            stick = sp.Mul(*[self._forces[i].holds for i in contacts])
             tests.append(Test(-stick, stick))
         if rigid:
             # Of slips with several solutions: it has the sign of A where there is one contact.
@@ -365,7 +370,7 @@ class PluralContacts(ContactStates):
         motion = Mode(MOTION, self._field(), tuple(changes), self._outputs(), tuple(tests))
         begin: dict[sp.Symbol, sp.Expr] = {}
         for i, c in enumerate(self.interfaces):
-            begin |= c.start(self._motion(i))
+            begin |= c.begin(self._motion(i))
         follow = (Choice(CONTACT if rigid else MOTION),)
         start = Transition(START, EventKind.CONTACT, None, follow, begin, chooses=not rigid)
         modes = [motion]
@@ -378,7 +383,7 @@ class PluralContacts(ContactStates):
     def _kept(self, i: int) -> sp.Expr:
         """Return 1 where other closed contacts keep a gap, else 0: it has not even rounding."""
         at = self._at
-        others = {at.normal(j): self.interfaces[j].closed for j in self.model.rigid if j != i}
+        others = {at.normal(j): self._forces[j].closed for j in self.model.rigid if j != i}
         sets = self._spanning(list(others), at.normal(i))
         return 1 - sp.Mul(*[1 - sp.Mul(*[others[row] for row in rows]) for rows in sets])
 
@@ -434,7 +439,7 @@ class PluralContacts(ContactStates):
         if not self.model.rigid:
             return ()
         names = ("normal_impulse", "tangential_impulse")
-        return tuple(sp.Symbol(f"{n}_{c.name}", real=True) for c in self.interfaces for n in names)
+        return tuple(sp.Symbol(f"{n}_{row.name}", real=True) for row in self.rows for n in names)
 
     @property
     def impacts(self) -> Impacts | None:

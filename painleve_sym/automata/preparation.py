@@ -44,7 +44,7 @@ def preparation(
         states |= values
         refused += faults
     gap = contacts[0].row.gap
-    pressed = contacts[0].loading_curve if len(contacts) == 1 else None
+    pressed = contacts[0].start.loading_curve if len(contacts) == 1 else None
     if pressed:
         refused.append(sp.And(sp.Ge(force, 0), sp.Ne(states[gap], 0)))
     finite = [sp.Le(sp.Abs(s), sp.Float(sys.float_info.max)) for s in definitions]
@@ -82,7 +82,7 @@ def _contact_start(
         if symbol not in mechanism.motion:
             value = terms(symbol.name, where(sp.Le(sp.Abs(value), tolerance), 0, value))
         values[symbol] = value
-    return values, contact.start_faults(values[row.gap], values[row.gap_rate], near, slow)
+    return values, contact.start.faults(values[row.gap], values[row.gap_rate], near, slow)
 
 
 def _scales(
@@ -112,7 +112,7 @@ def _scales(
         row = contact.row
         normal, slip = (terms("speed", terms.root(2 * energy * own[w])) for w in ("W_nn", "W_tt"))
         scales[row.slip] = where(sp.Eq(slip, 0), normal, slip)
-        scales |= {row.gap: gap, row.gap_rate: rate, **contact.scales_of_states(gap, terms)}
+        scales |= {row.gap: gap, row.gap_rate: rate, **contact.start.scales_of_states(gap, terms)}
     return scales
 
 
@@ -125,7 +125,7 @@ def _all_scales(
     presses the others: its free acceleration counts as a hundredth of theirs at least.
     """
     if len(numbers) == 1:
-        gap, rate, energy = contacts[0].scales(numbers[0], terms)
+        gap, rate, energy = contacts[0].start.scales(numbers[0], terms)
         return [(gap, rate)], energy
     pulls = [terms("pull", sp.Abs(own["b_n"])) for own in numbers]
     least = terms("least", IDLE * terms("largest", sp.Max(*pulls)))
@@ -137,9 +137,9 @@ def _all_scales(
     for contact, own in zip(contacts, pressed, strict=True):
         still = sp.And(sp.Le(own["kinetic_energy"], 0), sp.Eq(own["b_n"], 0))
         idle = sp.And(still, sp.Ge(contact.row.gap, 0))
-        energies.append(terms("energy", where(idle, 0, contact.scales(own, terms)[2])))
+        energies.append(terms("energy", where(idle, 0, contact.start.scales(own, terms)[2])))
     largest = terms("energy", sp.Max(*energies))
     energy = terms("energy", where(sp.Gt(largest, 0), largest, 1))
     shared = [{**own, "kinetic_energy": energy} for own in pressed]
     every = zip(contacts, shared, strict=True)
-    return [contact.scales(own, terms)[:2] for contact, own in every], energy
+    return [contact.start.scales(own, terms)[:2] for contact, own in every], energy

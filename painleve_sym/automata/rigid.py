@@ -26,13 +26,14 @@ from painleve_sym.automata.automaton import (
     is_zero,
     positive,
 )
+from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode
 from painleve_sym.automata.contact_states import OneContact
 from painleve_sym.automata.impact_rays import APPROACH, MEMORY, RATE_ROUNDING, ImpactRays
 from painleve_sym.automata.interfaces import (
     RUBBING,
-    ContactMotion,
     Interface,
     Memory,
+    Start,
     not_negative,
     switched_test,
     zero_factor,
@@ -67,35 +68,39 @@ class RigidInterface(Interface):
         """Flight, slip to either side, stick."""
         return FLIGHT, *RUBBING
 
-    def start_faults(
-        self, gap: sp.Expr, rate: sp.Expr, near: sp.Expr, slow: sp.Expr
-    ) -> list[Boolean]:
-        """Return the inside of the surface."""
-        return [sp.Lt(gap, 0)]
-
-    def _closed(self, sign: int) -> Memory:
-        return self._rubbing(2 + sign, sign) | {self.closed: _ONE}
+    @property
+    def start(self) -> Start:
+        """It does not start inside the surface."""
+        return Start(self.row)
 
     @property
-    def _sticks_alone(self) -> sp.Expr:
+    def alone(self) -> sp.Expr:
         """1 where it sticks within its cone, else 0, as where it touches without force."""
-        return self.closed * super()._sticks_alone
-
-    @property
-    def apart(self) -> sp.Expr:
-        """1 where its gap may change: open, and not held where it touches."""
-        return (1 - self.closed) * (1 - self.sticks)
+        return self.closed * super().alone
 
     @property
     def _touches(self) -> sp.Expr:
         """1 where it touches without force, as others hold it, else 0."""
         return (1 - self.closed) * self.sticks
 
+    @cached_property
+    def forces(self) -> Forces:
+        """Zero in flight and where it touches without force, else what keeps g̈_N = 0."""
+        zero, flies = Known.ZERO, (1 - self.closed) * (1 - self.sticks)
+        open_modes = (
+            LocalMode(flies, zero, zero, gap_moves=True, slip_moves=True),
+            LocalMode(self._touches, zero, zero, gap_moves=False, slip_moves=True),
+        )
+        return Forces(self, self._table(open_modes, self.closed, Known.UNKNOWN))
+
+    def _closed(self, sign: int) -> Memory:
+        return self._rubbing(2 + sign, sign) | {self.closed: _ONE}
+
     @property
     def _flight(self) -> Memory:
         return dict.fromkeys(self.memory, _ZERO)
 
-    def start(self, motion: ContactMotion) -> Memory:
+    def begin(self, motion: ContactMotion) -> Memory:
         """Return the memory of flight: the decision at the start finds what is closed."""
         return self._flight
 
@@ -117,31 +122,27 @@ class RigidInterface(Interface):
         still = sp.And(together, is_zero(row.slip))
         rests = Alternative(together, touches, open=True, rest_of=0)
         offered = (open_, *closed, rests, *self._rests(still, self._closed(0), {-1: 2, 1: 3}))
-        own = self.name, self.memory, self.local_modes
-        return Part(*own, offered, (row.slip,), self._leaving, self.variants)
-
-    @property
-    def variants(self) -> tuple[Memory, ...]:
-        """Flight, slip and stick."""
-        return self._flight, *(rubs | {self.closed: _ONE} for rubs in super().variants)
+        variants = self._flight, *(rubs | {self.closed: _ONE} for rubs in self._rubbing_variants)
+        rest, leaving = (row.slip,), self.watch.leaving
+        return self._part(alternatives=offered, rest=rest, leaving=leaving, variants=variants)
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, touchdown and lift-off."""
-        gap, kind = self.row.gap, EventKind.TOUCHDOWN
-        land = self._transition("touchdown", kind, self.apart * gap, {gap: _ZERO})
-        leave = self._transition("liftoff", EventKind.LIFTOFF, self.closed * motion.normal_force)
-        end = self._ends_of_rest(motion, self._touches)
-        return [*self._friction_changes(motion), land, leave, end]
+        gap, force, enter = self.row.gap, motion.normal_force, self.watch.transition
+        land = enter("touchdown", EventKind.TOUCHDOWN, self.forces.apart * gap, {gap: _ZERO})
+        leave = enter("liftoff", EventKind.LIFTOFF, self.closed * force)
+        end = self.watch.end_of_rest(motion, self._touches)
+        return [*self.watch.friction_changes(motion), land, leave, end]
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return F_n, the friction cone, and the onsets of slip and of lift-off."""
-        leaving = self.apart * zero_factor(self.row.gap) * zero_factor(self.row.gap_rate)
+        leaving = self.forces.apart * zero_factor(self.row.gap) * zero_factor(self.row.gap_rate)
         a_n, scale = motion.normal_acceleration, motion.normal_scale
         return [
             Test(self.closed * motion.normal_force, motion.force_scale),
             switched_test(leaving, a_n, scale, TestRole.BEGINS),
             switched_test(self._touches, a_n, scale, TestRole.VANISHES),
-            *super().tests(motion),
+            *self.watch.tests(motion),
         ]
 
 

@@ -21,16 +21,10 @@ from sympy.logic.boolalg import Boolean
 
 from painleve_sym.automata.automaton import Alternative, Choice, Part, Test, Transition, positive
 from painleve_sym.automata.compliant import BranchChange, CompliantContact, CompliantInterface
+from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode
 from painleve_sym.automata.contact_states import FRICTION_WORK
-from painleve_sym.automata.interfaces import (
-    FLIGHTS,
-    SLIP_STARTS,
-    ContactMotion,
-    Memory,
-    not_negative,
-)
+from painleve_sym.automata.interfaces import FLIGHTS, SLIP_STARTS, Memory, Start, not_negative
 from painleve_sym.automata.model import CONTACTS, FLIGHT, MOTION, SLIPS
-from painleve_sym.automata.scales import Terms
 from painleve_sym.errors import EventKind
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch
 
@@ -56,14 +50,9 @@ class SpringInterface(CompliantInterface):
         return stiffness
 
     @property
-    def states(self) -> tuple[sp.Symbol, ...]:
-        """ζ."""
-        return (self.row.deflection,)
-
-    def scales_of_states(self, gap: sp.Expr, terms: Terms) -> Memory:
-        """Return what the force of the gap's scale deflects; m."""
-        load = terms("load", self.law.stiffness * gap**self.law.exponent)
-        return {self.row.deflection: load / self.stiffness}
+    def start(self) -> Start:
+        """Start of its law, with the deflection as a state."""
+        return replace(super().start, tangential_stiffness=self.stiffness)
 
     @cached_property
     def last_slip(self) -> sp.Symbol:
@@ -115,55 +104,24 @@ class SpringInterface(CompliantInterface):
     # ---- one of several contacts ----
 
     @property
-    def holds(self) -> sp.Expr:
-        """It holds by its deflection, not by its velocity."""
-        return _ZERO
-
-    @property
-    def still(self) -> sp.Expr:
-        """Its velocity is never kept."""
-        return _ZERO
-
-    @property
     def _friction_memory(self) -> tuple[sp.Symbol, ...]:
         return (*super()._friction_memory, self.last_slip)
 
-    def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
-        """Return −s μ F_n, of stick and of slip; N."""
-        return -self.kinetic_coefficient * self.last_slip * normal_force
+    @cached_property
+    def forces(self) -> SpringForces:
+        """The law gives F_n, and the spring F_t = −s μ F_n − k_t ζ, of stick and of slip."""
+        k, zeta, of_law = self.stiffness, self.row.deflection, self._of_law
+        xi = zeta + self.kinetic_coefficient * self.last_slip * of_law["given"] / k
+        of_law["stored_energy"] += k * xi**2 / 2
+        closed = LocalMode(self.closed, Known.GIVEN, Known.GIVEN, gap_moves=True, slip_moves=True)
+        outputs = {f"tangential_deflection{self.row.end}": xi}
+        return SpringForces(
+            self, (self._flies, closed), **of_law, spring_force=-k * zeta, outputs=outputs
+        )
 
-    @property
-    def spring_force(self) -> sp.Expr:
-        """−k_t ζ; N."""
-        return -self.stiffness * self.row.deflection
-
-    @property
-    def tangential_deflection(self) -> sp.Expr:
-        """ξ; m."""
-        return -self.known_friction(self.given_force) / self.stiffness + self.row.deflection
-
-    @property
-    def stored_energy(self) -> sp.Expr:
-        """Energy that the contact can still return, with that of the spring; J."""
-        return super().stored_energy + self.stiffness * self.tangential_deflection**2 / 2
-
-    @property
-    def outputs(self) -> dict[str, sp.Expr]:
-        """ξ."""
-        return {f"tangential_deflection{self.row.end}": self.tangential_deflection}
-
-    def _yields(self, motion: ContactMotion) -> sp.Expr:
+    def yields(self, motion: ContactMotion) -> sp.Expr:
         """Return μ Ḟ_n/k_t; m/s."""
         return self.in_branches(lambda b: self.limit_rate(b, motion.normal_acceleration))
-
-    def rates(self, motion: ContactMotion) -> dict[sp.Symbol, sp.Expr]:
-        """Return ζ̇."""
-        velocity = self.row.slip - self.last_slip * self._yields(motion)
-        return {self.row.deflection: self.sticks * velocity}
-
-    def rubbing_velocity(self, motion: ContactMotion) -> sp.Expr:
-        """Return v_t − ξ̇ of slip; m/s."""
-        return self.row.slip - self.sign * self._yields(motion)
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return none: its forces follow from its state."""
@@ -173,28 +131,30 @@ class SpringInterface(CompliantInterface):
     def part(self) -> Part:
         """It keeps on, whatever the others choose."""
         keeps = (Alternative(not_negative(self.closed)),)
-        own = self.name, self.memory, self.local_modes
-        return Part(*own, keeps, leaving=self._starts, variants=self.variants)
+        return self._part(alternatives=keeps, leaving=self._starts, variants=self._variants)
 
     @property
     def _starts(self) -> tuple[str, ...]:
-        return tuple(f"{label}:{self.name}" for label in SLIP_STARTS.values())
+        return tuple(f"{label}:{self.row.name}" for label in SLIP_STARTS.values())
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
         still = {self.row.deflection: _ZERO}
         changes = [
-            self._transition(
+            self.watch.transition(
                 SLIP_STARTS[s],
                 EventKind.SLIP_START,
-                self.sticks * (margin + self.unresolved_friction),
+                self.sticks * (margin + self.forces.unresolved_friction),
                 self._rub(sp.Integer(s), _ZERO) | {self.last_slip: sp.Integer(s)} | still,
                 asks=False,
-                departs=(f"slip_stop:{self.name}",),
+                departs=self.watch.leaving[:1],
             )
             for s, margin in self.slip_margins(motion.normal_force).items()
         ]
-        guard, sticks = self.sign * self.rubbing_velocity(motion), self._rub(_ZERO, _ONE) | still
-        stop = self._transition(
+        guard, sticks = (
+            self.sign * self.forces.rubbing_velocity(motion),
+            self._rub(_ZERO, _ONE) | still,
+        )
+        stop = self.watch.transition(
             "slip_stop", EventKind.SLIP_STOP, guard, sticks, asks=False, departs=self._starts
         )
         return [*changes, stop]
@@ -225,6 +185,26 @@ class SpringInterface(CompliantInterface):
             **self.landing_states(change),
             self.last_slip: sign,
         }
+
+
+@dataclass(frozen=True)
+class SpringForces(Forces):
+    """Forces of a contact with a tangential spring."""
+
+    contact: SpringInterface
+
+    def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
+        """Return −s μ F_n, of stick and of slip; N."""
+        return -self.contact.kinetic_coefficient * self.contact.last_slip * normal_force
+
+    def rates(self, motion: ContactMotion) -> dict[sp.Symbol, sp.Expr]:
+        """Return ζ̇."""
+        own, row = self.contact, self.contact.row
+        return {row.deflection: own.sticks * (row.slip - own.last_slip * own.yields(motion))}
+
+    def rubbing_velocity(self, motion: ContactMotion) -> sp.Expr:
+        """Return v_t − ξ̇ of slip; m/s."""
+        return self.contact.row.slip - self.contact.sign * self.contact.yields(motion)
 
 
 @dataclass(frozen=True)
