@@ -16,9 +16,9 @@ from painleve_sym.version import __version__ as __version__
 if TYPE_CHECKING:
     from painleve_sym import laws as laws
     from painleve_sym import models as models
+    from painleve_sym.at.cases import classify as classify
     from painleve_sym.at.classification import Classification as Classification
     from painleve_sym.at.classification import NormalCoefficients as NormalCoefficients
-    from painleve_sym.at.classify import classify as classify
     from painleve_sym.at.jump import JumpPhase as JumpPhase
     from painleve_sym.at.jump import JumpResult as JumpResult
     from painleve_sym.at.jump import evaluate_jump as evaluate_jump
@@ -89,10 +89,10 @@ if TYPE_CHECKING:
     from painleve_sym.motion.records import Film as Film
     from painleve_sym.motion.records import Segment as Segment
     from painleve_sym.motion.rigidity import BodyPeriod as BodyPeriod
+    from painleve_sym.motion.runs import simulate as simulate
+    from painleve_sym.motion.runs import simulate_batch as simulate_batch
     from painleve_sym.motion.sensitivity.result import EventSensitivity as EventSensitivity
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory as SensitiveTrajectory
-    from painleve_sym.motion.simulate import simulate as simulate
-    from painleve_sym.motion.simulate import simulate_batch as simulate_batch
     from painleve_sym.motion.simulator import Simulator as Simulator
     from painleve_sym.motion.singular_limit import LimitKind as LimitKind
     from painleve_sym.motion.singular_limit import ReverseChatter as ReverseChatter
@@ -126,11 +126,11 @@ if TYPE_CHECKING:
     from painleve_sym.references import citation as citation
     from painleve_sym.robots.contact_risk import ContactRisk as ContactRisk
     from painleve_sym.robots.contact_risk import LeastRisk as LeastRisk
-    from painleve_sym.robots.robot import Robot as Robot
-    from painleve_sym.robots.robot import robot as robot
     from painleve_sym.robots.robot_contact import RobotContact as RobotContact
-    from painleve_sym.study.compare.comparison import Comparison as Comparison
-    from painleve_sym.study.compare.comparison import compare as compare
+    from painleve_sym.robots.robot_model import Robot as Robot
+    from painleve_sym.robots.robot_model import robot as robot
+    from painleve_sym.study.comparisons.comparison import Comparison as Comparison
+    from painleve_sym.study.comparisons.comparison import compare as compare
     from painleve_sym.study.critical.bisection import Border as Border
     from painleve_sym.study.critical.bisection import CriticalForce as CriticalForce
     from painleve_sym.study.critical.bisection import CriticalForceFinder as CriticalForceFinder
@@ -159,7 +159,7 @@ _NAMES = {
     "problem.complementarity.uniqueness": ("Uniqueness",),
     "problem.impact.chatter": ("Chatter",),
     "at.classification": ("Classification", "NormalCoefficients"),
-    "at.classify": ("classify",),
+    "at.cases": ("classify",),
     "problem.friction_set": ("Brake", "Disc", "Interval"),
     "at.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
     "problem.impact.one_contact": ("Impact", "ImpactEnd", "invariant_directions", "solve_impact"),
@@ -209,7 +209,7 @@ _NAMES = {
     "motion.frozen_impact": ("FrozenEnd", "FrozenImpactSolver"),
     "motion.rigidity": ("BodyPeriod",),
     "motion.sensitivity.result": ("EventSensitivity", "SensitiveTrajectory"),
-    "motion.simulate": ("simulate", "simulate_batch"),
+    "motion.runs": ("simulate", "simulate_batch"),
     "motion.simulator": ("Simulator",),
     "motion.singular_limit": ("LimitKind", "ReverseChatter", "SingularLimit"),
     "motion.records": ("EventRecord", "Film", "Segment"),
@@ -218,9 +218,9 @@ _NAMES = {
     "progress": ("show_progress",),
     "references": ("Reference", "citation"),
     "robots.contact_risk": ("ContactRisk", "LeastRisk"),
-    "robots.robot": ("Robot", "robot"),
+    "robots.robot_model": ("Robot", "robot"),
     "robots.robot_contact": ("RobotContact",),
-    "study.compare.comparison": ("Comparison", "compare"),
+    "study.comparisons.comparison": ("Comparison", "compare"),
     "study.critical.bisection": (
         "Border",
         "CriticalForce",

@@ -50,8 +50,8 @@ def test_members_keep_their_sentence(kind):
 
 
 def test_reasons_and_statuses_keep_their_advice():
+    from painleve_sym.motion.time_stepping.mpcc import MPCCStatus
     from painleve_sym.problem.complementarity.lemke import LemkeStatus
-    from painleve_sym.problem.complementarity.mpcc import MPCCStatus
 
     for kind in (ps.StopReason, LemkeStatus, MPCCStatus):
         assert all(" " in member.advice and member.label == member for member in kind)

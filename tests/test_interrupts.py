@@ -15,10 +15,10 @@ import pytest
 
 from painleve_sym.cli import main
 from painleve_sym.interrupts import ended_by_interrupts, noted_interrupts
+from painleve_sym.motion.time_stepping.mpcc import solve_mpcc_all
 from painleve_sym.papers.impact_resolution import items
 from painleve_sym.papers.registry import reproduce
 from painleve_sym.problem.complementarity.lcp import LCP
-from painleve_sym.problem.complementarity.mpcc import solve_mpcc_all
 
 
 @pytest.fixture(autouse=True)

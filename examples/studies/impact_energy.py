@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 
 import painleve_sym as ps
 from painleve_sym.engines.impacts import solve_simultaneous_impact
+from painleve_sym.engines.simultaneous import SimultaneousImpact
 from painleve_sym.present.style import (
     DASHES,
     PAGE,
@@ -31,7 +32,6 @@ from painleve_sym.present.style import (
     styled,
 )
 from painleve_sym.problem.impact.one_contact import ImpactEnd
-from painleve_sym.problem.impact.simultaneous import SimultaneousImpact
 
 LAWS = ("energetic", "poisson", "newton")
 NAMES = {"energetic": "energetic", "poisson": "Poisson", "newton": "Newton"}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.at.classify import closed_contacts
+from painleve_sym.at.cases import closed_contacts
 from painleve_sym.at.delassus import Delassus, argument_symbols
 from painleve_sym.at.inputs import inside, place_of
 from painleve_sym.codegen.named_mechanisms import MechanismLike

@@ -20,7 +20,7 @@ from painleve_sym.escape import c_name
 from painleve_sym.files import beside, file_path
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.motion.refusals import checked_force
-from painleve_sym.motion.simulate import simulator_of
+from painleve_sym.motion.runs import simulator_of
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
 from painleve_sym.units import Value

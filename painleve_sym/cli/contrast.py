@@ -25,9 +25,9 @@ from painleve_sym.files import finite, plain_fields, to_plain
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.solution import ContactCase, ContactSolution
-from painleve_sym.study.compare import comparison as study
-from painleve_sym.study.compare.case import Answer
-from painleve_sym.study.compare.comparison import Comparison
+from painleve_sym.study.comparisons import comparison as study
+from painleve_sym.study.comparisons.case import Answer
+from painleve_sym.study.comparisons.comparison import Comparison
 
 _OPEN = "open or closing, so there is no contact problem of accelerations"
 

@@ -29,9 +29,9 @@ from painleve_sym.robots.contact_mechanism import CAVEATS
 from painleve_sym.robots.contact_risk import LeastRisk
 from painleve_sym.robots.motion_log import TouchingRule, read_motion
 from painleve_sym.robots.report import RiskReport, risk_report
-from painleve_sym.robots.robot import Robot
-from painleve_sym.robots.robot import robot as read
 from painleve_sym.robots.robot_contact import RobotContact
+from painleve_sym.robots.robot_model import Robot
+from painleve_sym.robots.robot_model import robot as read
 from painleve_sym.robots.trajectory import REST_SPEED, RiskTrajectory, risk_along
 
 if TYPE_CHECKING:

@@ -18,12 +18,7 @@ from painleve_sym.codegen.compile import load as compiled
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.engines.listening import listening
-from painleve_sym.errors import InputError
-from painleve_sym.problem.array_checks import finite_array
-from painleve_sym.problem.complementarity.solution_sets import BoolArray
-from painleve_sym.problem.impact.inputs import impact_inputs
-from painleve_sym.problem.impact.one_contact import ImpactEnd
-from painleve_sym.problem.impact.simultaneous import (
+from painleve_sym.engines.simultaneous import (
     AtOnce,
     ImpulsePiece,
     PathEvent,
@@ -31,6 +26,11 @@ from painleve_sym.problem.impact.simultaneous import (
     SimultaneousImpact,
     Straight,
 )
+from painleve_sym.errors import InputError
+from painleve_sym.problem.array_checks import finite_array
+from painleve_sym.problem.complementarity.solution_sets import BoolArray
+from painleve_sym.problem.impact.inputs import impact_inputs
+from painleve_sym.problem.impact.one_contact import ImpactEnd
 
 COURSE, STEP, STRUCK, CLOSED = range(4)
 """What a listener hears, as the enumeration in ``loop/impulse.c``."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import NoReturn
 
-from painleve_sym.at.classify import held_faults
+from painleve_sym.at.cases import held_faults
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import inside
 from painleve_sym.checks import number

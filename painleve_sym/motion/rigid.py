@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from painleve_sym.at.cases import contact_problem
 from painleve_sym.at.classification import solution_name
-from painleve_sym.at.classify import contact_problem
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.automata.model import ContactModel
 from painleve_sym.errors import EventKind, InputError

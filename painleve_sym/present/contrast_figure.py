@@ -19,8 +19,8 @@ from painleve_sym.present.style import (
     styled,
 )
 from painleve_sym.quantities import axis_label, number_latex, text_label
-from painleve_sym.study.compare.case import Answer
-from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
+from painleve_sym.study.comparisons.case import Answer
+from painleve_sym.study.comparisons.comparison import ROUND_OFF, Comparison
 
 # Colour, symbol and size of a solver: open symbols that fit into each other where answers agree.
 _SOLVERS: dict[str, tuple[str, str, float]] = {

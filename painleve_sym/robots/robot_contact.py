@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.cases import classify
 from painleve_sym.at.classification import Classification
-from painleve_sym.at.classify import classify
 from painleve_sym.at.delassus import ContactNumbers, Delassus
 from painleve_sym.at.jump import JumpResult, evaluate_jump
 from painleve_sym.at.positive import (

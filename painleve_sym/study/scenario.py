@@ -10,8 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.at.cases import classify_at
 from painleve_sym.at.classification import Classification
-from painleve_sym.at.classify import classify_at
 from painleve_sym.at.closing import closing_hint
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import border_notices, inside, place_of
@@ -461,7 +461,7 @@ def _whole(values: Mapping[str, Any], make: Callable[[str], Mechanism]) -> Mecha
 
 def _of_robot(path: str, contact: str | None, given: Mapping[str, Any], where: str) -> Mechanism:
     """Return a contact of a robot as a mechanism."""
-    from painleve_sym.robots.robot import robot
+    from painleve_sym.robots.robot_model import robot
 
     if not is_robot_file(path):
         raise InputError(

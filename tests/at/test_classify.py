@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import painleve_sym as ps
-from painleve_sym.at.classify import contact_problem
+from painleve_sym.at.cases import contact_problem
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.errors import InputError

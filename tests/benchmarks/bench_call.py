@@ -14,14 +14,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.laws.catalogue import Law, law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
-from painleve_sym.motion.simulate import simulate
+from painleve_sym.motion.runs import simulate
 from painleve_sym.motion.simulator import Simulator
 from tests.support.paper_law import paper_law
 

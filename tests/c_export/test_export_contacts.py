@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 
-from painleve_sym.at.classify import contact_problem
+from painleve_sym.at.cases import contact_problem
 from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.export import export_scenario
 from painleve_sym.problem.contact_problem import ContactProblem

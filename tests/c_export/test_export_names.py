@@ -15,7 +15,7 @@ from painleve_sym.c_export.files import clashing_name, files
 from painleve_sym.c_export.text import identifiers
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.errors import InputError
-from painleve_sym.motion.simulate import simulator_of
+from painleve_sym.motion.runs import simulator_of
 from painleve_sym.study.scenario import Scenario
 from tests.support.exports import SLEDGE, built_by_compiler, needs_cmake, run
 

@@ -10,7 +10,7 @@ import runpy
 import numpy as np
 import pytest
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.automata.derivation import ContactDerivation
 from painleve_sym.cli.output import number, print_json, show_table

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.motion.simulator import Simulator

@@ -16,7 +16,7 @@ import pytest
 import sympy as sp
 
 from painleve_sym import cache as caching
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode
 from painleve_sym.automata.compliant import CompliantContact
@@ -40,7 +40,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import LagrangianSystem
-from painleve_sym.motion.simulate import simulate_batch
+from painleve_sym.motion.runs import simulate_batch
 from painleve_sym.motion.simulator import Simulator
 
 Y = Coordinate("y", "height", "m")

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import painleve_sym as ps
-from painleve_sym.at.classify import contact_problem
+from painleve_sym.at.cases import contact_problem
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.laws.python_module import python_module
 from painleve_sym.mechanics.contact import Contact

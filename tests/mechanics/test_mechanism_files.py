@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model

@@ -288,7 +288,7 @@ def test_formulas_of_modes_with_a_fault_at_the_defaults_are_rejected(old, new, f
     ],
 )
 def test_parameters_that_make_frequencies_descend_or_negative_are_rejected(value, fault):
-    from painleve_sym.at.classify import classify
+    from painleve_sym.at.cases import classify
 
     text = OPEN_ROD.replace("frequency = 65", 'frequency = "q"').replace("-3.0", "65.0")
     mechanism, state = mechanism_from_text(text), {"theta": 1.0, "x_A_dot": -1.0}
@@ -305,7 +305,7 @@ def test_mode_of_a_coordinate_that_the_system_lacks_is_refused():
 
 
 def test_bar_that_is_too_thick_for_its_length_is_outside_the_model():
-    from painleve_sym.at.classify import classify
+    from painleve_sym.at.cases import classify
 
     with pytest.raises(InputError, match="thicker than a fifth of its length is not slender"):
         classify("rod-bending:1,0", {"theta": 1.0, "x_A_dot": -1.0}, parameters={"rho": 1.0})

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from painleve_sym.at.classify import classify, contact_problem
+from painleve_sym.at.cases import classify, contact_problem
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError

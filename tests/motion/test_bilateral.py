@@ -11,8 +11,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.at.cases import classify
 from painleve_sym.at.classification import solution_name
-from painleve_sym.at.classify import classify
 from painleve_sym.at.tangential import tangential_impact
 from painleve_sym.automata.guide import TANGENTIAL_IMPACT
 from painleve_sym.codegen.named_mechanisms import model

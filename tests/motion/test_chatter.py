@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.chatter import chatter_ratio, symbols_of
 from painleve_sym.laws.restitution import restitution_law

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from painleve_sym.at.classify import contact_problem
+from painleve_sym.at.cases import contact_problem
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw

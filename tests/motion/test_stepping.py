@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, StopReason

@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_simpson
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import write_beside
 from painleve_sym.mechanics.models.rods import rod
-from painleve_sym.motion.simulate import simulate
+from painleve_sym.motion.runs import simulate
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from tests.support.paper_law import paper_law

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.papers.impact_resolution.claims import CLAIMS, SOFT
 from painleve_sym.papers.impact_resolution.runs import IMPACT, SLIDING, Workbench, first, needed
 from painleve_sym.papers.panels import events_as_marks, window

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.at.jump import evaluate_jump
 from painleve_sym.at.tangential import tangential_impact
 from painleve_sym.codegen.named_mechanisms import model

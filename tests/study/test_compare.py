@@ -7,7 +7,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.papers.impact_resolution.jump import extrapolated
-from painleve_sym.study.compare.jump_convergence import compare_jump
+from painleve_sym.study.comparisons.jump_convergence import compare_jump
 from tests.support.paper_law import paper_law
 
 TABLE_3 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 1.0}

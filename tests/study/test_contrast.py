@@ -15,7 +15,7 @@ from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.study.compare.comparison import compare
+from painleve_sym.study.comparisons.comparison import compare
 from tests.oracles import rod_scipy
 
 STEPS = (1e-3, 5e-4)

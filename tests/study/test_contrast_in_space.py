@@ -11,7 +11,7 @@ import pytest
 
 import painleve_sym as ps
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.study.compare.comparison import compare
+from painleve_sym.study.comparisons.comparison import compare
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 """Of the planar rod; the rod in space has the same in its plane, with z for y."""

@@ -6,7 +6,11 @@ import pytest
 from painleve_sym.papers.impact_resolution.beyond import compute_corrected
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Verdict
-from painleve_sym.study.compare.finite_stiffness import RULES, compare_corrected, drift_of_the_rule
+from painleve_sym.study.comparisons.finite_stiffness import (
+    RULES,
+    compare_corrected,
+    drift_of_the_rule,
+)
 
 STIFF = tuple(20.9 * 10.0**p for p in (19, 20, 21))
 

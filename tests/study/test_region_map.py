@@ -13,7 +13,7 @@ import sympy as sp
 from scipy.optimize import brentq
 
 import painleve_sym as ps
-from painleve_sym.at.classify import classify, contact_problem
+from painleve_sym.at.cases import classify, contact_problem
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveWarning

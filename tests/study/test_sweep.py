@@ -21,7 +21,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import painleve_sym as ps
-from painleve_sym.at.classify import classify
+from painleve_sym.at.cases import classify
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.laws.catalogue import law

@@ -1,6 +1,6 @@
 """The path of an impact of several contacts in NumPy: the oracle of the compiled one.
 
-It is derived in ``painleve_sym/problem/impact/simultaneous.py``; this is a second writing of it.
+It is derived in ``painleve_sym/engines/simultaneous.py``; this is a second writing of it.
 """
 
 from __future__ import annotations
@@ -15,11 +15,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.problem.complementarity.solution_sets import BoolArray
-from painleve_sym.problem.contact_problem import ContactProblem
-from painleve_sym.problem.impact.one_contact import ImpactEnd
-from painleve_sym.problem.impact.path import binary_exponent
-from painleve_sym.problem.impact.simultaneous import (
+from painleve_sym.engines.simultaneous import (
     AtOnce,
     ImpulsePiece,
     PathEvent,
@@ -27,6 +23,10 @@ from painleve_sym.problem.impact.simultaneous import (
     SimultaneousImpact,
     Straight,
 )
+from painleve_sym.problem.complementarity.solution_sets import BoolArray
+from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.impact.one_contact import ImpactEnd
+from painleve_sym.problem.impact.path import binary_exponent
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.solution import ContactSolution
 

@@ -1,5 +1,5 @@
 /* Impacts of several rigid contacts at once: the path of the impulse in straight pieces, as derived in
- * problem/impact/simultaneous.py. Nothing here knows a model. */
+ * engines/simultaneous.py. Nothing here knows a model. */
 
 #ifdef PS_RIGID
 enum { PS_ENERGETIC, PS_POISSON, PS_NEWTON };

@@ -11,7 +11,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.impacts import COURSE, STEP, STRUCK, PathReader, doubles, read
-from painleve_sym.problem.impact.path_slopes import ImpactData, impact_slopes, least_norm_slopes
+from painleve_sym.motion.sensitivity.path_slopes import ImpactData, impact_slopes, least_norm_slopes
 
 
 class _Numbers(NamedTuple):

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
+from painleve_sym.motion.time_stepping.mpcc import MPCCStatus, solve_mpcc
 from painleve_sym.problem.complementarity.lcp import LCPSolution, solve_all
 from painleve_sym.problem.complementarity.lemke import solve_lemke
-from painleve_sym.problem.complementarity.mpcc import MPCCStatus, solve_mpcc
 from painleve_sym.problem.contact_problem import ContactProblem
 
 Impulse = tuple[float, float]

@@ -10,7 +10,7 @@ from painleve_sym.papers.impact_resolution.claims import STIFF
 from painleve_sym.papers.impact_resolution.runs import Workbench, modulus_text
 from painleve_sym.papers.item import Outcome, checked, table
 from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
-from painleve_sym.study.compare.finite_stiffness import (
+from painleve_sym.study.comparisons.finite_stiffness import (
     RULES,
     CorrectedComparison,
     compare_corrected,

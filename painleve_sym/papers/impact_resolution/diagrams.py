@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.at.classification import Classification
+from painleve_sym.motion.time_stepping.mpcc import solve_mpcc_all
 from painleve_sym.papers.impact_resolution.claims import NUMBERS
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, checked, table
 from painleve_sym.papers.panels import FORCE, NORMAL_ACCELERATION, Mark, Panel, line
-from painleve_sym.problem.complementarity import solve_lemke, solve_mpcc_all
+from painleve_sym.problem.complementarity import solve_lemke
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.solution import ContactCase, ContactSolution

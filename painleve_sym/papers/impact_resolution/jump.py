@@ -12,7 +12,7 @@ from painleve_sym.papers.impact_resolution.formulas import derived_forms
 from painleve_sym.papers.impact_resolution.runs import MODULI, Workbench, modulus_text
 from painleve_sym.papers.item import Outcome, Verdict, checked, table
 from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
-from painleve_sym.study.compare.jump_convergence import JumpComparison, compare_jump
+from painleve_sym.study.comparisons.jump_convergence import JumpComparison, compare_jump
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 
 QUANTITIES = (

@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 import sympy as sp
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.cases import classify_at
 from painleve_sym.at.classification import Classification
-from painleve_sym.at.classify import classify_at
 from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.mechanism import Mechanism

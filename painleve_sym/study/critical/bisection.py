@@ -26,7 +26,7 @@ from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.catalogue import LawLike
-from painleve_sym.motion.simulate import simulator_of
+from painleve_sym.motion.runs import simulator_of
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
 from painleve_sym.units import Value

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from painleve_sym.at.classify import contact_problem
+from painleve_sym.at.cases import contact_problem
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import inside
 from painleve_sym.automata.model import SLIPS

@@ -21,8 +21,8 @@ from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind, InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.motion.runs import simulator_of
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
-from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.progress import Advance, progress
 from painleve_sym.study.fitting.data import FitData, read_fit_data

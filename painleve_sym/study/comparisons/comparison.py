@@ -23,9 +23,9 @@ from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.solution import ContactCase
-from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
-from painleve_sym.study.compare.frozen import FrozenCase
-from painleve_sym.study.compare.motions import MotionCase
+from painleve_sym.study.comparisons.case import AccelerationLevel, Answer, Case, FirstStep
+from painleve_sym.study.comparisons.frozen import FrozenCase
+from painleve_sym.study.comparisons.motions import MotionCase
 from painleve_sym.units import Value
 
 STEPS_TO_END = (10, 100, 1000)

@@ -22,7 +22,7 @@ from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
 from painleve_sym.motion.time_stepping.stepping import SteppingRun, TimeStepper
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.problem.solution import ContactCase
-from painleve_sym.study.compare.case import AccelerationLevel, Answer, Case, FirstStep
+from painleve_sym.study.comparisons.case import AccelerationLevel, Answer, Case, FirstStep
 
 CONTRASTED = ("least-impulse", "largest-impulse", "lemke", "mpcc")
 RULES = (Restitution.ENERGETIC, Restitution.NEWTON)

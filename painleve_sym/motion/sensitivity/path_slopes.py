@@ -21,7 +21,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.problem.impact.simultaneous import AtOnce, PathRecord, Straight
+from painleve_sym.engines.simultaneous import AtOnce, PathRecord, Straight
 
 # Of the largest singular value: less is zero, as in the path.
 _ROUNDING = 1e-12

@@ -23,7 +23,7 @@ from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.solution import ContactSolution
-from painleve_sym.study.compare.case import LIFTOFF, AccelerationLevel, Answer, Case, FirstStep
+from painleve_sym.study.comparisons.case import LIFTOFF, AccelerationLevel, Answer, Case, FirstStep
 
 _HELD = "the compression oscillates without end: the contact is held, and there is no impact"
 _LONG = "the contact has not opened by the end time: it is held, or a longer end time is needed"

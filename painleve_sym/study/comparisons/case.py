@@ -11,8 +11,8 @@ from typing import ClassVar
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.cases import classify_at
 from painleve_sym.at.classification import Classification
-from painleve_sym.at.classify import classify_at
 from painleve_sym.at.delassus import ContactNumbers, Delassus
 from painleve_sym.at.jump import JumpResult, evaluate_jump
 from painleve_sym.choices import EngineLike, Restitution
@@ -23,9 +23,9 @@ from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.singular_limit import SingularLimit
+from painleve_sym.motion.time_stepping.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.problem.complementarity.lcp import LCPSolution
 from painleve_sym.problem.complementarity.lemke import LemkeResult, solve_lemke
-from painleve_sym.problem.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.problem.solution import ContactSolution
 
 LIFTOFF = "liftoff"

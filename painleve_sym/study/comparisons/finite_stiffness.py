@@ -14,7 +14,7 @@ from painleve_sym.equality import Compared
 from painleve_sym.mechanics.system import TIME
 from painleve_sym.motion.finite_stiffness import CorrectedJumpRule
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.study.compare.jump_convergence import compare_jump, energetic_jump
+from painleve_sym.study.comparisons.jump_convergence import compare_jump, energetic_jump
 
 _STEP = 1e-5
 """Of the central differences in time; s."""

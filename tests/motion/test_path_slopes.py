@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.laws.restitution import RESTITUTIONS
+from painleve_sym.motion.sensitivity.path_slopes import ImpactData, impact_slopes, least_norm_slopes
 from painleve_sym.problem.impact.one_contact import ImpactEnd
-from painleve_sym.problem.impact.path_slopes import ImpactData, impact_slopes, least_norm_slopes
 
 LAW = st.sampled_from(sorted(RESTITUTIONS))
 SEED = st.integers(0, 2**32 - 1)

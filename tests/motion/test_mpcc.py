@@ -7,15 +7,9 @@ import pytest
 from hypothesis import given, settings
 
 from painleve_sym.errors import InputError
-from painleve_sym.problem.complementarity import (
-    LCP,
-    MPCCStatus,
-    mpcc,
-    residual,
-    solve_all,
-    solve_mpcc,
-    solve_mpcc_all,
-)
+from painleve_sym.motion.time_stepping import mpcc
+from painleve_sym.motion.time_stepping.mpcc import MPCCStatus, solve_mpcc, solve_mpcc_all
+from painleve_sym.problem.complementarity import LCP, residual, solve_all
 from painleve_sym.problem.complementarity.lcp import RESIDUAL_TOLERANCE
 from painleve_sym.problem.contact_problem import ContactProblem
 from tests.problem.complementarity.rational import problems
