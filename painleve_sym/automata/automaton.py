@@ -161,9 +161,9 @@ class Definition:
 class LinearSystem:
     """Symbols that stand for the solution of ``matrix · unknowns = right``.
 
-    Either symmetric and semidefinite, where `ease` or several right sides are given, or general.
+    Either symmetric and semidefinite, where `weights` or several right sides are given, or general.
 
-    `ease` is None for a general matrix. Else the matrix is symmetric and positive semidefinite,
+    `weights` is None for a general matrix. Else the matrix is symmetric and positive semidefinite,
     with a positive diagonal; where it is singular, the solution of least norm is taken, each
     unknown measured by the root of its entry there (empty: all alike). Of a general matrix `scales`
     are the size of each row and column, positive, and `determinant` stands for that of unit scales.
@@ -172,7 +172,7 @@ class LinearSystem:
     unknowns: sp.Matrix
     matrix: sp.Matrix
     right: sp.Matrix
-    ease: tuple[sp.Expr, ...] | None = None
+    weights: tuple[sp.Expr, ...] | None = None
     scales: tuple[sp.Expr, ...] = ()
     determinant: sp.Symbol | None = None
 
@@ -184,7 +184,7 @@ class LinearSystem:
     @property
     def needs(self) -> set[sp.Symbol]:
         """All symbols that it is made of."""
-        return _symbols([*self.matrix, *self.right, *(self.ease or ()), *self.scales])
+        return _symbols([*self.matrix, *self.right, *(self.weights or ()), *self.scales])
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ against the inequalities of its contact problem and their derivatives along its 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -93,64 +93,46 @@ class PluralContacts(ContactStates):
 
     @cached_property
     def _symbols(self) -> dict[str, sp.Matrix]:
-        size, nq = self._at.size, len(self.mechanism.system.q)
-
-        def named(letter: str, rows: int, columns: int = 1) -> sp.Matrix:
-            return sp.Matrix(
-                rows, columns, lambda i, j: sp.Symbol(f"{letter}_{i + 1}_{j + 1}", real=True)
-            )
-
-        W = named("W", size, size)
-        return {
-            "W": sp.Matrix(size, size, lambda i, j: W[min(i, j), max(i, j)]),
-            "b": named("b", size),
-            "D": named("D", nq, size),
-            "a": named("a", nq),
-            "F": named("F", size),
-            "acceleration": named("acceleration", size),
-            "resolved": named("resolved", size),
-            "resolved_acceleration": named("resolved_acceleration", size),
+        at, nq = self._at, len(self.mechanism.system.q)
+        W = _named("W", at.size, at.size)
+        own = {
+            "W": sp.Matrix(at.size, at.size, lambda i, j: W[min(i, j), max(i, j)]),
+            "D": _named("D", nq, at.size),
+            "a": _named("a", nq),
         }
-
-    def _normals(self) -> list[sp.Symbol]:
-        return list(self._symbols["F"])[self._at.normals]
+        own |= {x: _named(x, at.size) for x in ("b", "F", "acceleration")}
+        own |= {x: _named(x, at.size) for x in ("resolved", "resolved_acceleration")}
+        rows = {"n": [*range(at.size)[at.normals]], "t": [*range(at.size)[at.tangentials]]}
+        blocks = {f"W_{r}{c}": own["W"].extract(rows[r], rows[c]) for r, c in ("nn", "nt", "tt")}
+        parts = {f"{x}_{r}": own[x][rows[r], :] for x in ("b", "F", "resolved") for r in "nt"}
+        return own | blocks | parts
 
     def _friction(
-        self,
-        columns: Sequence[Callable[[int], sp.Expr]],
-        unknowns: sp.Matrix,
-        ease: tuple[sp.Expr, ...] = (),
+        self, normals: sp.Matrix, unknowns: sp.Matrix, weights: tuple[sp.Expr, ...] = ()
     ) -> LinearSystem:
         """Return the tangential forces: v̇_t = 0 where a contact sticks, −μ s F_n where it slips.
 
-        A column is the normal force of each contact by its index, for one right side. The first
-        also has the free accelerations and the forces of springs. What is not determined is shared
-        by `ease`: where it is empty equally, of a single column by what its forces let bear.
+        A column of `normals` has the normal forces of all contacts, for one right side. The first
+        also has the free accelerations and the forces of springs. Friction that is not determined
+        is shared by `weights`: without them equally, of a single column by capacity.
         """
-        W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
-        sticks = [c.holds for c in self._forces]
-        matrix, right = sp.zeros(n, n), sp.zeros(n, len(columns))
-        normal, tangent = self._at.normal, self._at.tangent
-        for i in range(n):
-            t = tangent(i)
-            moves, ease_alone = self._slides(i)
-            for j in range(n):
-                share = sticks[i] * sticks[j] * W[t, tangent(j)]
-                matrix[i, j] = share if i != j else ease_alone
-            for k, force in enumerate(columns):
-                slipping = [
-                    c.known_friction(force(j)) + (c.spring_force if k == 0 else _ZERO)
-                    for j, c in enumerate(self._forces)
-                ]
-                pulled = sum(
-                    W[t, normal(j)] * force(j) + W[t, tangent(j)] * slipping[j] for j in range(n)
-                )
-                pulled += b[t] if k == 0 else _ZERO
-                held, free = sticks[i] * moves, (1 - sticks[i]) * ease_alone
-                right[i, k] = free * slipping[i] - held * pulled
-        if len(columns) == 1:
-            ease = self._capacities(columns[0])
-        return LinearSystem(unknowns, matrix, right, ease=ease)
+        own, n, forces = self._symbols, normals.rows, self._forces
+        sticks = [c.holds for c in forces]
+        slides, mobilities = zip(*map(self._slides, range(n)), strict=True)
+        slip = sp.Matrix(
+            n, normals.cols, lambda i, k: forces[i].known_friction(normals[i, k])
+        )
+        slip[:, 0] += sp.Matrix([c.spring_force for c in forces])
+        pull = own["W_nt"].T * normals + own["W_tt"] * slip
+        pull[:, 0] += own["b_t"]
+        matrix = sp.Matrix(n, n, lambda i, j: sticks[i] * sticks[j] * own["W_tt"][i, j])
+        right = sp.zeros(n, normals.cols)
+        for i, (stick, mobility) in enumerate(zip(sticks, mobilities, strict=True)):
+            matrix[i, i] = mobility
+            right[i, :] = (1 - stick) * mobility * slip[i, :] - stick * slides[i] * pull[i, :]
+        if normals.cols == 1:
+            weights = self._capacities(normals)
+        return LinearSystem(unknowns, matrix, right, weights=weights)
 
     def _slides(self, i: int) -> tuple[sp.Expr, sp.Expr]:
         """Return 1 where some motion slides a contact, else 0, and W_tt there, else 1.
@@ -177,15 +159,15 @@ class PluralContacts(ContactStates):
         )
         return 1 - none - one
 
-    def _capacities(self, force: Callable[[int], sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Return what sticking contacts can bear, by which they share what is not determined.
+    def _capacities(self, normals: sp.Matrix) -> tuple[sp.Expr, ...]:
+        """Return the friction that sticking contacts can bear: weights of friction not determined.
 
-        Those that slip have a force of their own, and the capacity of these as their ease. Nothing
-        is shared where fewer than two contacts stick: there the ease is 1 for all, so that no force
-        is divided by a normal force that may vanish.
+        Those that slip have a force of their own, and the sum of the capacities as their weight.
+        Nothing is shared where fewer than two contacts stick: there the weight is 1 for all, so
+        that no force is divided by a normal force that may vanish.
         """
         sticks = [c.holds for c in self._forces]
-        limits = [c.holds * c.capacity(force(i)) for i, c in enumerate(self._forces)]
+        limits = [c.holds * c.capacity(normals[i]) for i, c in enumerate(self._forces)]
         several = self._several_stick
         return tuple(
             several * (limit + (1 - s) * sp.Add(*limits)) + (1 - several)
@@ -198,8 +180,8 @@ class PluralContacts(ContactStates):
         own, given, size = self._symbols, self.contact_set, self._at.size
         W, F = own["W"], own["F"]
         laws = (
-            Definition(F[self._at.normal(i)], c.given)
-            for i, c in enumerate(self._forces)
+            Definition(force, c.given)
+            for force, c in zip(own["F_n"], self._forces, strict=True)
             if c.given is not None
         )
         return (
@@ -215,95 +197,67 @@ class PluralContacts(ContactStates):
 
     def _resolved_terms(self) -> Iterator[Definition | LinearSystem]:
         """Yield forces and accelerations that tests take; see `Forces.resolved`."""
-        own, forces, at = self._symbols, self._symbols["resolved"], self._at
-        total = sp.Add(*[sp.Abs(force) for force in self._normals()])
-        for i, (c, normal) in enumerate(zip(self._forces, self._normals(), strict=True)):
-            yield Definition(forces[at.normal(i)], c.resolved(normal, total))
-        tangential = sp.Matrix(list(forces)[at.tangentials])
-        yield self._friction([lambda i: forces[at.normal(i)]], tangential)
-        yield from _defined(own["resolved_acceleration"], own["W"] * forces + own["b"])
+        own, normals = self._symbols, self._symbols["F_n"]
+        total = sp.Add(*[sp.Abs(force) for force in normals])
+        each = zip(own["resolved_n"], self._forces, normals, strict=True)
+        yield from (Definition(symbol, c.resolved(force, total)) for symbol, c, force in each)
+        yield self._friction(own["resolved_n"], own["resolved_t"])
+        yield from _defined(own["resolved_acceleration"], own["W"] * own["resolved"] + own["b"])
 
     def _closing(self) -> Iterator[Definition | LinearSystem]:
-        """Yield the normal forces that keep g̈_N = 0, and friction.
+        """Yield the forces N of rigid contacts, which keep g̈_N = 0, and the friction T of all.
 
-        Where friction is not determined, or hardly, contacts share it by what they can bear. What
-        that does to g̈_N beside compliant contacts is taken back.
+        Friction is affine in N: T = X_0 + X N, where X_0 is that under the forces P of compliant
+        contacts. With it 0 = b_n + W_nP P + W_nn N + W_nt T gives N (`_closed`):
+
+            (W_nn + W_nt X) N = −(b_n + W_nP P + W_nt X_0)
+
+        Friction that v̇_t = 0 leaves open accelerates no gap, as W is semidefinite: contacts share
+        it by their capacities under N. Beside compliant contacts, whose capacity may all but
+        vanish, such shares T′ are not exact. Forces M with friction Y M of the same shares make up
+        for what they accelerate, and the forces are N + M and T′ + Y M:
+
+            (W_nn + W_nt Y) M = −W_nt (T′ − X_0 − X N)
         """
-        W, b, F = (self._symbols[name] for name in "WbF")
-        n, normals, unknown = len(self.interfaces), self._normals(), self.model.rigid
-        normal, tangent = self._at.normal, self._at.tangent
-        friction = sp.Matrix(list(F)[self._at.tangentials])
-        if not unknown:
-            yield self._friction([lambda i: normals[i]], friction)
+        own, rigid = self._symbols, [*self.model.rigid]
+        normals, friction, n, m = own["F_n"], own["F_t"], len(self.interfaces), len(rigid)
+        if not rigid:
+            yield self._friction(normals, friction)
             return
-        # F_t = X_0 + Σ X_u F_nu: the friction of the given forces, and that of one unit of each.
-        X, Y = (
-            sp.Matrix(
-                n, 1 + len(unknown), lambda i, j, x=x: sp.Symbol(f"{x}_{i + 1}_{j}", real=True)
-            )
-            for x in "XY"
-        )
-        columns: list[Callable[[int], sp.Expr]] = [
-            lambda i: _ZERO if i in unknown else normals[i],
-            *(partial(_unit, u) for u in unknown),
-        ]
+        units = sp.eye(n)[:, rigid]
+        given = sp.Matrix([_ZERO if i in rigid else force for i, force in enumerate(normals)])
+        columns = given.row_join(units)
+        X, Y = (sp.Matrix(n, 1 + m, lambda i, j, x=x: _real(f"{x}_{i + 1}_{j}")) for x in "XY")
         yield self._friction(columns, X)
-        alone = [_ZERO if i in unknown else normals[i] for i in range(n)]
-        load = [
-            b[normal(u)]
-            + sum(
-                W[normal(u), normal(j)] * alone[j] + W[normal(u), tangent(j)] * X[j, 0]
-                for j in range(n)
-            )
-            for u in unknown
-        ]
-        if len(unknown) == n:
-            # What friction of rigid contacts alone is not determined does nothing to g̈_N.
-            yield self._closed(X, load, {u: normals[u] for u in unknown})
-            yield self._friction([lambda i: normals[i]], friction)
+        load = own["b_n"] + own["W_nn"] * given + own["W_nt"] * X[:, 0]
+        if m == n:
+            yield self._closed(X, load, normals)
+            yield self._friction(normals, friction)
             return
-        first, rest = (
-            {u: sp.Symbol(f"{name}_{u + 1}", real=True) for u in unknown}
-            for name in ("first", "rest")
-        )
+        first, rest = (sp.Matrix([_real(f"{x}_{u + 1}") for u in rigid]) for x in ("first", "rest"))
         yield self._closed(X, load, first)
+        at_first = given + units * first
+        shared = sp.Matrix([_real(f"shared_{i + 1}") for i in range(n)])
+        yield self._friction(at_first, shared)
+        yield self._friction(columns, Y, self._capacities(at_first))
+        moved = own["W_nt"] * (shared - X * sp.Matrix([1, *first]))
+        yield self._closed(Y, self._several_stick * moved, rest)
+        yield from _defined(normals[rigid, :], first + rest)
+        yield from _defined(friction, shared + Y[:, 1:] * rest)
 
-        def of_first(i: int) -> sp.Expr:
-            return first.get(i, normals[i])
-
-        shared = sp.Matrix(n, 1, lambda i, _: sp.Symbol(f"shared_{i + 1}", real=True))
-        yield self._friction([of_first], shared)
-        yield self._friction(columns, Y, self._capacities(of_first))
-        other = shared - X * sp.Matrix([1, *first.values()])
-        load = [
-            self._several_stick * sum(W[normal(u), tangent(j)] * other[j] for j in range(n))
-            for u in unknown
-        ]
-        yield self._closed(Y, load, rest)
-        change = Y * sp.Matrix([0, *rest.values()])
-        for u in unknown:
-            yield Definition(normals[u], first[u] + rest[u])
-        yield from _defined(friction, shared + change)
-
-    def _closed(
-        self, X: sp.Matrix, load: list[sp.Expr], unknowns: dict[int, sp.Symbol]
-    ) -> LinearSystem:
+    def _closed(self, X: sp.Matrix, load: sp.Matrix, unknowns: sp.Matrix) -> LinearSystem:
         """Return the normal forces, with their friction X, that make up for a load of g̈_N."""
-        W, n, size = self._symbols["W"], len(self.interfaces), len(unknowns)
-        normal, tangent = self._at.normal, self._at.tangent
-        matrix, right = sp.zeros(size, size), sp.zeros(size, 1)
-        for row, u in enumerate(unknowns):
-            c = self._forces[u].closed
-            for column, v in enumerate(unknowns):
-                share = W[normal(u), normal(v)] + sum(
-                    W[normal(u), tangent(j)] * X[j, 1 + column] for j in range(n)
-                )
-                matrix[row, column] = c * share
-            matrix[row, row] += (1 - c) * W[normal(u), normal(u)]
-            right[row] = -c * load[row]
-        scales = tuple(W[normal(u), normal(u)] for u in unknowns)
-        values = sp.Matrix(list(unknowns.values()))
-        return LinearSystem(values, matrix, right, scales=scales, determinant=_DETERMINANT)
+        own, rigid = self._symbols, [*self.model.rigid]
+        closed = sp.diag(*[self._forces[u].closed for u in rigid])
+        W_nn = own["W_nn"].extract(rigid, rigid)
+        scales, whole = sp.diag(*W_nn.diagonal()), W_nn + own["W_nt"][rigid, :] * X[:, 1:]
+        return LinearSystem(
+            unknowns,
+            closed * whole + (sp.eye(len(rigid)) - closed) * scales,
+            -closed * load[rigid, :],
+            scales=tuple(W_nn.diagonal()),
+            determinant=_DETERMINANT,
+        )
 
     def _motion(self, i: int, *, resolved: bool = False) -> ContactMotion:
         own = self._symbols
@@ -439,7 +393,7 @@ class PluralContacts(ContactStates):
         if not self.model.rigid:
             return ()
         names = ("normal_impulse", "tangential_impulse")
-        return tuple(sp.Symbol(f"{n}_{row.name}", real=True) for row in self.rows for n in names)
+        return tuple(_real(f"{n}_{row.name}") for row in self.rows for n in names)
 
     @property
     def impacts(self) -> Impacts | None:
@@ -498,6 +452,9 @@ def _defined(symbols: Iterable[sp.Symbol], values: Iterable[sp.Expr]) -> list[De
     return [Definition(*pair) for pair in zip(symbols, values, strict=True)]
 
 
-def _unit(contact: int, i: int) -> sp.Expr:
-    """Return 1 for the contact itself, else 0."""
-    return sp.Integer(1) if i == contact else _ZERO
+def _real(name: str) -> sp.Symbol:
+    return sp.Symbol(name, real=True)
+
+
+def _named(letter: str, rows: int, columns: int = 1) -> sp.Matrix:
+    return sp.Matrix(rows, columns, lambda i, j: _real(f"{letter}_{i + 1}_{j + 1}"))

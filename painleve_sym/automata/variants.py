@@ -97,7 +97,7 @@ def _with_constants(term: Term, constants: Mapping[sp.Symbol, sp.Expr]) -> Term:
         term.unknowns,
         term.matrix.xreplace(constants),
         term.right.xreplace(constants),
-        None if term.ease is None else tuple(e.xreplace(constants) for e in term.ease),
+        None if term.weights is None else tuple(e.xreplace(constants) for e in term.weights),
         tuple(s.xreplace(constants) for s in term.scales),
         term.determinant,
     )
@@ -119,7 +119,7 @@ def _blocks(term: LinearSystem) -> Iterator[Term]:
             term.unknowns.extract(rows, every),
             term.matrix.extract(rows, rows),
             term.right.extract(rows, every),
-            term.ease and tuple(term.ease[i] for i in rows),
+            term.weights and tuple(term.weights[i] for i in rows),
             term.scales and tuple(term.scales[i] for i in rows),
             own,
         )

@@ -20,16 +20,16 @@ _NOTHING = 1e-90
 Matrix = Sequence[Sequence[ca.SX]]
 
 
-def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list[list[ca.SX]]:
+def least_solution(matrix: Matrix, right: Matrix, weights: Sequence[ca.SX]) -> list[list[ca.SX]]:
     """Return a solution of a symmetric positive semidefinite system that may be singular.
 
-    With x = D z, D the diagonal of `ease`, it solves (A D + ρ) z = r: Tikhonov's regularisation,
+    With x = D z, D the diagonal of `weights`, it solves (A D + ρ) z = r: Tikhonov's regularisation,
     whose effect is taken back by iterated refinement. Where the system does not determine the
-    unknowns, they are shared in proportion to `ease`; an unknown of no ease is 0. In such a
+    unknowns, they are shared in proportion to `weights`; an unknown of no weight is 0. In such a
     direction z has rounding, amplified by 1/ρ. Its part there, v = ρ² (A D + ρ)⁻² z, is taken off
     of a single right side where it is small beside 1: what the system demands there is not.
 
-    The diagonal of A is positive. `ease` has the sizes that the unknowns may have, not negative;
+    The diagonal of A is positive. `weights` has the sizes that the unknowns may have, not negative;
     where it is empty, the inverse of the diagonal: equal shares, in its units, with their rounding.
 
     References
@@ -39,7 +39,7 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
     size = len(right)
     if size == 1:
         return [[r / matrix[0][0] for r in right[0]]]
-    d = list(ease) or [1 / matrix[i][i] for i in range(size)]
+    d = list(weights) or [1 / matrix[i][i] for i in range(size)]
     ridge = RIDGE * reduce(add, (matrix[i][i] * d[i] for i in range(size))) + _NOTHING
     scaled = [[matrix[i][j] * d[j] for j in range(size)] for i in range(size)]
     factor = _factor(scaled, ridge)
@@ -50,7 +50,7 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
         for _ in range(_REFINEMENTS):
             rest = [t - _dot(row, z) for t, row in zip(target, scaled, strict=True)]
             z = [a + b for a, b in zip(z, _substitute(factor, rest), strict=True)]
-        if ease and len(right[0]) == 1:
+        if weights and len(right[0]) == 1:
             v = z
             for _ in range(_REFINEMENTS):
                 v = _substitute(factor, [ridge * a for a in v])

@@ -332,8 +332,8 @@ class AutomatonFunctions:
 def _solved(term: LinearSystem, translate: Translator) -> dict[Any, ca.SX]:
     matrix = [[translate(entry) for entry in term.matrix.row(i)] for i in range(term.matrix.rows)]
     right = [[translate(entry) for entry in term.right.row(i)] for i in range(term.right.rows)]
-    if term.ease is not None:
-        values = least_solution(matrix, right, [translate(e) for e in term.ease])
+    if term.weights is not None:
+        values = least_solution(matrix, right, [translate(e) for e in term.weights])
         return dict(zip(term.unknowns, (v for row in values for v in row), strict=True))
     scales = [translate(s) for s in term.scales]
     solved, whole = solution(matrix, [r for (r,) in right], scales)

@@ -11,14 +11,14 @@ def _rows(m):
     return [[m[i, j] for j in range(m.shape[1])] for i in range(m.shape[0])]
 
 
-def _least(matrix, right, ease=None):
+def _least(matrix, right, weight=None):
     k, m = right.shape
     A, r = ca.SX.sym("A", k, k), ca.SX.sym("r", k, m)
-    e = ca.SX.sym("e", 0 if ease is None else k)
-    weights = [] if ease is None else [e[i] for i in range(k)]
+    e = ca.SX.sym("e", 0 if weight is None else k)
+    weights = [] if weight is None else [e[i] for i in range(k)]
     x = least_solution(_rows(A), _rows(r), weights)
     f = ca.Function("f", [A, r, e], [ca.vertcat(*[ca.horzcat(*row) for row in x])])
-    return np.array(f(matrix, right, [] if ease is None else ease))
+    return np.array(f(matrix, right, [] if weight is None else weight))
 
 
 def _spd(rng, size, spread=1.0):
@@ -38,13 +38,13 @@ def test_least_solution_of_a_regular_system_is_the_solution(size):
         assert np.allclose(computed, expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("ease", [(1.0, 1.0), (3.0, 1.0), (0.02, 5.0)])
-def test_least_solution_of_a_singular_pair_is_shared_by_ease(ease):
+@pytest.mark.parametrize("weight", [(1.0, 1.0), (3.0, 1.0), (0.02, 5.0)])
+def test_least_solution_of_a_singular_pair_is_shared_by_weight(weight):
     # Two contacts with one line of action: w (T1 + T2) = r.
     w, r = 1.7, 0.9
-    computed = _least(np.full((2, 2), w), np.full((2, 1), r), np.array(ease))[:, 0]
+    computed = _least(np.full((2, 2), w), np.full((2, 1), r), np.array(weight))[:, 0]
     assert computed.sum() == pytest.approx(r / w, rel=1e-12)
-    assert computed == pytest.approx(r / w * np.array(ease) / sum(ease), rel=1e-6)
+    assert computed == pytest.approx(r / w * np.array(weight) / sum(weight), rel=1e-6)
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
@@ -56,8 +56,8 @@ def test_shares_that_are_not_determined_carry_no_amplified_rounding(turn):
     for _ in range(50):
         load = np.full((2, 1), line @ rng.normal(size=3))
         load[0] = np.nextafter(load[0], 9.0)
-        ease = np.abs(load[0, 0]) / A[0, 0] * rng.uniform(0.3, 3, 2)
-        shares = _least(A, load, ease)[:, 0] / ease
+        weight = np.abs(load[0, 0]) / A[0, 0] * rng.uniform(0.3, 3, 2)
+        shares = _least(A, load, weight)[:, 0] / weight
         assert abs(shares[0] - shares[1]) < 1e-12 * abs(shares).max()
 
 
