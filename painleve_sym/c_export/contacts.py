@@ -11,12 +11,27 @@ from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.c_texts import engine_texts
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.problem.law import ROUNDING
+from painleve_sym.problem import law
+from painleve_sym.problem.complementarity.solution_sets import RANK
+from painleve_sym.problem.families import RANGE
 from painleve_sym.problem.solution import ContactCase
 
 _OF_SEVERAL = (ContactCase.UNIQUE, ContactCase.UNKNOWN, ContactCase.ONE_KNOWN)
 CASES = tuple(case for case in ContactCase if case not in _OF_SEVERAL)
 """What a single contact may be, in the order of the enum of an export."""
+
+TOLERANCES = {
+    "rounding": law.ROUNDING,
+    "zero": law.ZERO,
+    "sign": law.SIGN,
+    "equal": law.EQUAL,
+    "least_of_larger": law.LEAST_OF_LARGER,
+    "infinite": law.INFINITE,
+    "epsilon": law.EPSILON,
+    "rank_one": 2 * RANK,  # two rows
+    "range": RANGE,
+}
+"""The tolerances of the law, which an export has too."""
 
 _EACH = ("slip_velocity", "A_stick", "B_stick")
 
@@ -35,7 +50,7 @@ def contact_values(mechanism: Mechanism) -> dict[str, Any]:
         "own": len(names),
         "friction": ", ".join(map(str, friction)),
         "sides": ", ".join(str(len(c.sides)) for c in outline.contacts),
-        "rounding": repr(ROUNDING),
+        **{name: repr(value) for name, value in TOLERANCES.items()},
     }
 
 

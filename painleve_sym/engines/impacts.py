@@ -113,11 +113,11 @@ class PathReader:
 def _step(step: Any, n: int, size: int) -> Straight | AtOnce:
     unknowns = int(step["unknowns"])
     rows = tuple(int(row) for row in step["row"][:unknowns])
-    columns, alone = step["column"][:size, :unknowns], bool(step["alone"])
+    columns = step["column"][:size, :unknowns]
     v, push, rates = (step[name][:size] for name in ("v", "push", "rates"))
     if step["kind"] != STRAIGHT:
         e = None if math.isnan(step["e"]) else float(step["e"])
-        return AtOnce(step["kind"] == WEIGHS, e, v, push, rates, rows, columns, alone)
+        return AtOnce(step["kind"] == WEIGHS, e, v, push, rates, rows, columns)
     end = PathEvent(float(step["length"]), ENDS[int(step["end"])], int(step["contact"]))
     return Straight(
         fixed=step["fixed"][:size],
@@ -133,7 +133,7 @@ def _step(step: Any, n: int, size: int) -> Straight | AtOnce:
         velocities_after=step["after"][:size],
         budget_after=step["budget_after"][:n],
         work_after=float(step["work"]),
-        alone=alone,
+        alone=bool(step["alone"]),
     )
 
 

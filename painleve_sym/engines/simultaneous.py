@@ -52,8 +52,10 @@ from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.equality import Compared
 from painleve_sym.problem.complementarity.solution_sets import BoolArray
+from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.energy_gain import least_energy_notice
 from painleve_sym.problem.impact.one_contact import ImpactEnd
+from painleve_sym.problem.law import EQUAL
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +114,7 @@ class AtOnce(NamedTuple):
     Where it `weighs` only the weights follow from it; else it continues the path. The coefficient
     of restitution is None for a stop. The rates are the velocities before, without what rebounds,
     + W impulses, all of shape (2 n,); `columns` are the directions of the impulses, shape
-    (2 n, len(rows)). It is `alone` where no other impulses were possible.
+    (2 n, len(rows)).
     """
 
     weighs: bool
@@ -122,7 +124,19 @@ class AtOnce(NamedTuple):
     rates: Array
     rows: tuple[int, ...]
     columns: Array
-    alone: bool
+
+    def is_alone(self, W: Array, mu: Array, held: BoolArray) -> bool:
+        """Return whether no other impulses of the law were possible."""
+        aim = self.velocities.copy()
+        aim[ContactRows(len(mu)).normals] *= 1 + (self.e or 0.0)
+        problem = ContactProblem(W, aim, mu, np.zeros(len(mu)), held)
+        solutions = problem.solutions()
+        if self.e is None:  # a stop has to change the velocities
+            least = EQUAL * float(np.max(np.abs(aim)))
+            solutions = tuple(
+                s for s in solutions if s.moves or np.max(np.abs(s.accelerations - aim)) > least
+            )
+        return len(solutions) <= 1 and not any(s.moves for s in solutions)
 
 
 class PathRecord(NamedTuple):
@@ -196,9 +210,14 @@ class SimultaneousImpact(Compared):
     def is_unique(self) -> bool:
         """Whether no other continuation was possible on the way; else that of least push is taken.
 
-        It says nothing of paths that begin another way and were not followed.
+        It says nothing of paths that begin another way and were not followed. Of impulses at once
+        the motions count, not the forces that rigidity leaves open.
         """
-        return all(step.alone for step in self.path.steps)
+        path = self.path
+        return all(
+            step.is_alone(path.W, path.mu, path.held) if isinstance(step, AtOnce) else step.alone
+            for step in path.steps
+        )
 
     @property
     def energy_change(self) -> float:

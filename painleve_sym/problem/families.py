@@ -19,7 +19,7 @@ from painleve_sym.problem.constraints import STICK, Piece, Vector, pressed
 from painleve_sym.problem.faces import Cone, Face, ForceSet
 from painleve_sym.problem.law import ZERO, Motion, ScaledLaw
 
-_RANGE = 1e-12  # of b: what may be missing to the range of a singular matrix
+RANGE = 1e-12  # of b: what may be missing to the range of a singular matrix
 _MOVES = 1e-10  # of an acceleration by a force of order one; zeros are below 1e-14
 _HOLDS = 1e-9  # of the forces: they are those of a choice
 
@@ -61,7 +61,7 @@ class Family:
         rank = int(np.sum(stretch > RANK * len(self.b)))
         goal = -self.b[self.rows]
         null: FloatArray = right[rank:].T
-        if np.any(np.abs(left[:, rank:].T @ goal) > _RANGE * np.max(np.abs(goal), initial=0.0)):
+        if np.any(np.abs(left[:, rank:].T @ goal) > RANGE * np.max(np.abs(goal), initial=0.0)):
             return None, null
         left, stretch, right = left[:, :rank], stretch[:rank], right[:rank]
         x = right.T @ (left.T @ goal / stretch)

@@ -38,10 +38,10 @@ ZERO = 1e-10  # of the scale of an acceleration
 SIGN = 1e-12  # of the scale of an acceleration: what may be missing to its right sign
 EQUAL = 1e-8  # of two accelerations; nearer ones are one motion
 EDGE = 1e-8  # of the largest friction force, and of an acceleration: nearer is on a border
-_LEAST_OF_LARGER = 1e-4  # of the larger of T and beta, in the scale
-_EPSILON = 2.0**-52
-_INFINITE = 64 * _EPSILON  # rounding of the terms of one equation
-_TURN_ROUNDING = 4 * _EPSILON  # of the length of a ball
+LEAST_OF_LARGER = 1e-4  # of the larger of T and beta, in the scale
+EPSILON = 2.0**-52
+INFINITE = 64 * EPSILON  # rounding of the terms of one equation
+_TURN_ROUNDING = 4 * EPSILON  # of the length of a ball
 _ROUND_OFF = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
 
 
@@ -193,7 +193,7 @@ class ScaledLaw:
                 scales.append(T)
                 continue
             low, high = (T, beta) if beta > T else (beta, T)
-            scales.append(low + _LEAST_OF_LARGER * high)
+            scales.append(low + LEAST_OF_LARGER * high)
         return scales
 
     def is_zero(self, motion: Motion) -> list[bool]:
@@ -333,12 +333,12 @@ class ScaledLaw:
     def _infinite(self, vanishing: Sequence[tuple[int, float, float]]) -> bool:
         """Return whether rounding of the forces alone could be all of b in some equations."""
         worst: dict[int, tuple[float, float]] = {}
-        if all(size * _INFINITE <= offset for _, offset, size in vanishing):
+        if all(size * INFINITE <= offset for _, offset, size in vanishing):
             return False
         for k, offset, size in vanishing:
             largest, moved = worst.get(self.groups[k], (0.0, 0.0))
             worst[self.groups[k]] = max(largest, offset), max(moved, size)
-        return any(_INFINITE * moved > largest > 0 for largest, moved in worst.values())
+        return any(INFINITE * moved > largest > 0 for largest, moved in worst.values())
 
     def _candidates(self, forces: Vector) -> Iterator[Vector]:
         """Yield the forces without what a solve may have left of zeros, and as they are.
@@ -457,7 +457,7 @@ class ScaledLaw:
             if self.beta[k]:
                 rounding = min(rounding, ZERO * self.beta[k] + ROUNDING * terms)
             # Where nothing but noise stands, it is that of the rows beside it.
-            if step > EQUAL * size + rounding + 2 * _EPSILON * self.beta[k]:
+            if step > EQUAL * size + rounding + 2 * EPSILON * self.beta[k]:
                 return False
         return True
 
@@ -502,12 +502,12 @@ class _Scales:
 
     def is_not_zero(self, length: float, k: int) -> bool:
         """Return whether an acceleration is more than zero; no scale is below 1e-4 of its terms."""
-        least = ZERO * _LEAST_OF_LARGER * self.terms[k]
+        least = ZERO * LEAST_OF_LARGER * self.terms[k]
         return length > least and length > ZERO * self._of(k)
 
     def is_negative(self, rate: float, k: int) -> bool:
         """Return whether an acceleration has the wrong sign."""
-        return rate < 0 and -rate > SIGN * self._of(k) + 4 * _EPSILON * self.terms[k]
+        return rate < 0 and -rate > SIGN * self._of(k) + 4 * EPSILON * self.terms[k]
 
 
 def direction(vector: Sequence[float]) -> tuple[float, ...]:

@@ -6,6 +6,7 @@ import ctypes
 import functools
 import itertools
 import math
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.scenario import Scenario
+from tests.problem import problems
 from tests.support.exports import address, library
 
 SCENARIOS = {
@@ -173,8 +175,8 @@ def test_cases_in_slip_follow_the_signs_also_where_they_are_zero(exported):
     for A, pull, B, s in itertools.product(signs, signs, signs, (-1, 1)):
         numbers = Coefficients()
         numbers.A[s > 0], numbers.A[s < 0], numbers.B = A, pull, B
-        # Other forces have other motions.
-        numbers.mu, numbers.W_tt, numbers.W_nt = 1.0, 1.0, 0.5
+        numbers.W_nn, numbers.W_nt, numbers.b_n = (A + pull) / 2, s * (pull - A) / 2, B
+        numbers.mu = numbers.W_tt = 1.0
         for i, contact in enumerate(contacts):
             slopes = (A, pull)[: len(contact.sides)]
             (wanted,) = case_codes([np.array([v]) for v in slopes], np.array([B]))
@@ -209,32 +211,55 @@ def test_a_guide_that_needs_no_force_slips_on_or_stays(build, load):
             assert modes == sorted(s.mode.value.partition("_")[0] for s in every)
 
 
-def small(rng):
-    """Return W, b and μ of one contact: small integers, often of low rank and on a border."""
-    L = rng.integers(-2, 3, size=(2, int(rng.integers(1, 3))))
-    W = (L @ L.T).astype(float)
-    inside = rng.random() < 0.5
-    b = W @ rng.integers(-2, 3, size=2) if inside else rng.integers(-3, 4, size=2)
-    mu = float(rng.choice([0.0, 0.5, 1.0, 2.0]))
-    if rng.random() < 0.25 and W[0, 1]:
-        mu = W[0, 0] / abs(W[0, 1])
-    return W, b.astype(float), mu
+def case_in_c(c, i, problem):
+    """Return the case that the export states of the numbers of a planar problem of one contact."""
+    (nn, nt), (_, tt) = W = np.array(problem.W, float)
+    b = np.array(problem.b, float)
+    stick = (nn - nt**2 / tt, b[0] - nt * b[1] / tt) if tt > 0 else (nn, b[0])
+    one = ContactProblem(W, b, [float(problem.mu[0])], [0.0])
+    A = (ctypes.c_double * 2)(one.A_slip(-1), one.A_slip(1))
+    numbers = Coefficients(A, b[0], *stick, one.mu.item(), nn, nt, tt, *b)
+    return CASES[c.mine_case_in_slip(ctypes.byref(numbers), i, problem.slip[0][0])]
 
 
-def test_case_of_small_integers_is_the_packages(exported):
-    scenario, _, c = exported
-    rng, seen = np.random.default_rng(8), set()
-    for i, contact in enumerate(scenario.mechanism().contacts):
-        for _ in range(600):
-            W, b, mu = small(rng)
-            (nn, nt), (_, tt) = W
-            stick = (nn - nt**2 / tt, b[0] - nt * b[1] / tt) if tt > 0 else (nn, b[0])
-            one = ContactProblem(W, b, [mu], [0.0])
-            A = (ctypes.c_double * 2)(one.A_slip(-1), one.A_slip(1))
-            numbers = Coefficients(A, b[0], *stick, mu, nn, nt, tt, b[0], b[1])
-            for s in (-1, 0, 1):
-                problem = ContactProblem(W, b, [mu], [float(s)], contact.bilateral)
-                given = CASES[c.mine_case_in_slip(ctypes.byref(numbers), i, s)]
-                assert given is problem.case, (W, b, mu, s, contact.bilateral)
-                seen.add(given)
-    assert len(seen) > 4
+def differences_from_kernel(build, seed, count, change):
+    """Return how many cases differ from the kernel's, those on its borders apart."""
+    rng, counts = np.random.default_rng(seed), Counter()
+    libraries = {False: build("rod")[1], True: build("guide")[1]}
+    for _ in range(count):
+        problem = change(rng, problems.planar(rng, 1))
+        given = case_in_c(libraries[problem.closed[0]], 0, problem)
+        answers = problem.answers()
+        wanted = problems.case_of(answers)
+        same = given in (ContactCase.SLIP, ContactCase.STICK, ContactCase.LIFTOFF)
+        if (same, "unique") != (True, wanted) and given != wanted:
+            counts["border" if answers.borders else "different"] += 1
+        counts[given] += 1
+    assert len(counts.keys() - {"border", "different"}) == len(CASES)
+    return counts["different"], counts["border"]
+
+
+MANY = [pytest.param(700, id="few"), pytest.param(6000, id="many", marks=pytest.mark.slow)]
+
+
+CHANGES = {"integers": lambda _, problem: problem, "units": problems.in_units}
+
+
+@pytest.mark.parametrize("count", MANY)
+@pytest.mark.parametrize("change", CHANGES.values(), ids=list(CHANGES))
+def test_cases_of_small_integers_are_those_of_the_kernel(build, change, count):
+    assert differences_from_kernel(build, 8, count, change) == (0, 0)
+
+
+@pytest.mark.parametrize("count", MANY)
+def test_cases_of_nearly_singular_problems_are_those_of_the_kernel(build, count):
+    """Whether forces are open is a question of a tolerance there."""
+    different, border = differences_from_kernel(build, 9, count, problems.nearly)
+    assert different <= count / 50 and border <= count / 50
+
+
+@pytest.mark.parametrize("slip", [0, -1])
+def test_forces_that_are_rounding_are_no_solution_in_c(build, slip):
+    problem = problems.Problem([[4, -2], [-2, 1]], [-1, -1], [2 * (1 - 4e-15)], [[slip]], [False])
+    given = case_in_c(build("rod")[1], 0, problem)
+    assert given is ContactCase.INCONSISTENT and problems.case_of(problem.answers()) == given

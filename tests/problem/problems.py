@@ -123,6 +123,24 @@ def planar(rng: np.random.Generator, n: int) -> Problem:
     return Problem(W, b, mu, slip, closed)
 
 
+def in_units(rng: np.random.Generator, problem: Problem) -> Problem:
+    """Return a planar problem in other units, and each row in one of its own."""
+    d = 10.0 ** rng.uniform(-1, 1, size=len(problem.b))
+    mass, time = 10.0 ** rng.uniform(-4, 4, size=2)
+    mu = [float(m) * d[2 * i] / d[2 * i + 1] for i, m in enumerate(problem.mu)]
+    W, b = problem.W * np.outer(d, d) * mass, problem.b * d * time
+    return Problem(W, b, mu, problem.slip, problem.closed)
+
+
+def nearly(rng: np.random.Generator, problem: Problem) -> Problem:
+    """Return a planar problem beside the given one, by 1e-4 to 1e-16."""
+    size, step = len(problem.b), 10.0 ** -rng.integers(4, 17)
+    root = rng.normal(size=(size, size))
+    b = problem.b + step * rng.normal(size=size) * (rng.random() < 0.5)
+    mu = [float(m) * (1 + step * rng.normal()) for m in problem.mu]
+    return Problem(problem.W + step * root @ root.T, b, mu, problem.slip, problem.closed)
+
+
 def spatial(rng: np.random.Generator, n: int) -> Problem:
     """Return a problem of discs, of small integers."""
     size = 3 * n

@@ -192,7 +192,7 @@ class _Path:
         self.weights = np.ones(len(self.mu))
         if len(self.mu) > 1:
             none = np.zeros_like(self.v)
-            nothing = AtOnce(True, 0.0, self.v, none, none, (), np.empty((len(none), 0)), True)
+            nothing = AtOnce(True, 0.0, self.v, none, none, (), np.empty((len(none), 0)))
             solution = self._at_once(0.0, weighs=True) or nothing
             stops = np.where(self.held, 0.0, solution.impulses[self.normals])
             if np.any(stops > 0):
@@ -212,8 +212,8 @@ class _Path:
         W, aim, moving = self.W, self.v.copy(), e is None
         aim[self.normals] -= -(e or 0.0) * self.v[self.normals]
         if self._is_singular:
-            W = W + _REGULAR * float(np.max(np.diag(W))) * np.eye(len(aim))
-        solution, alone = self._least(W, aim, moving)
+            W = W + _REGULAR * (float(np.max(np.diag(W))) or 1.0) * np.eye(len(aim))
+        solution = self._least(W, aim, moving)
         if solution is None:
             return None
         rows, U = self._unknowns(solution)
@@ -221,7 +221,7 @@ class _Path:
             parts = solution.normal_accelerations, solution.tangential_accelerations
             accelerations = np.ravel(parts, order="F")
             own = _forces(solution), accelerations, tuple(rows), U
-            return AtOnce(weighs, e, self.v, *own, alone)
+            return AtOnce(weighs, e, self.v, *own)
         # The limit of ever less mobility added, in the same modes.
         impulses = np.zeros(len(aim))
         if rows:
@@ -235,7 +235,7 @@ class _Path:
             return None
         rates[np.abs(share) <= _ROUNDING] = 0.0
         rates[rows] = 0.0
-        return AtOnce(weighs, e, self.v, impulses, rates, tuple(rows), U, alone)
+        return AtOnce(weighs, e, self.v, impulses, rates, tuple(rows), U)
 
     def _unknowns(self, solution: ContactSolution) -> tuple[list[int], Array]:
         """Return the rates that the modes of a solution make vanish, and directions of impulses."""
@@ -284,8 +284,8 @@ class _Path:
         unit = np.divide(self.W, size, out=np.zeros_like(self.W), where=size > 0)
         return not np.linalg.svd(unit, compute_uv=False)[-1] > _SINGULAR
 
-    def _least(self, W: Array, aim: Array, moving: bool) -> tuple[ContactSolution | None, bool]:
-        """Return the solution of least normal impulse, and whether there is no other."""
+    def _least(self, W: Array, aim: Array, moving: bool) -> ContactSolution | None:
+        """Return the solution of least normal impulse."""
         problem = ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)), self.held)
         solutions = problem.solutions()
         if moving:
@@ -295,7 +295,7 @@ class _Path:
             opening, guided = s.normal_forces[~self.held], np.abs(s.normal_forces[self.held])
             return round(float(opening.sum()), 9), round(float(guided.sum()), 9)
 
-        return min(solutions, key=size, default=None), len(solutions) <= 1
+        return min(solutions, key=size, default=None)
 
     def restart_at_once(self) -> bool:
         """Replace the path by Newton's law for all contacts at once; False without a solution."""

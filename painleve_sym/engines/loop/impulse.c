@@ -31,7 +31,7 @@ typedef struct {
 
 /* A straight piece, dP/dtau = push, with `end` what ends it after `length` at a contact; or impulses `push`
  * at once, by Newton's law with e, nan for a stop. Both are `fixed` + the columns times unknowns, which
- * make the rates of `row` vanish. `alone`: nothing else was possible. */
+ * make the rates of `row` vanish. `alone`: no other straight piece was possible. */
 enum { PS_STRAIGHT, PS_ALL_AT_ONCE, PS_WEIGHS };
 enum { PS_BORDER, PS_ENERGY_BACK, PS_SLIP_ZERO, PS_SPENT };
 typedef struct {
@@ -68,7 +68,7 @@ static double rounded_to_nine(double x) { return nearbyint(x * 1e9); }
 /* ---- impulses that stop all contacts at once ---- */
 
 /* Solution of least normal impulse of the contacts that open, with its modes and accelerations; where
- * `moving`, of those that change a velocity. 0: there is none; 2: there are others. */
+ * `moving`, of those that change a velocity. 0: there is none. */
 static int least_impulses(const ps_path *path, ps_square W, const double *aim, int moving, double *P,
                           double *a, int *mode) {
   const int n = path->n;
@@ -93,13 +93,12 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
         sum[path->held[i] != 0] += (path->held[i] ? fabs(normal) : normal) * p.unit[PS_N(i)];
       }
       for (int i = 0; i < 2; i++) sum[i] = rounded_to_nine(sum[i]);
-      if (possible && are_distinct(PS_SIZE(n), now, best)) possible = 2;
       if (!possible || is_less(&p, sum, now, least, best)) {
         shown_modes(&p, now, shown);
         memcpy(mode, shown, sizeof shown);
         memcpy(best, now, sizeof best);
         memcpy(least, sum, sizeof least);
-        possible = PS_MAX(possible, 1);
+        possible = 1;
       }
     }
   } while (take_next(n, &pieces));
@@ -113,7 +112,7 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
     for (int j = 0; j < PS_SIZE(n); j++) terms += fabs(W[i][j]) * fabs(P[j]);
     if (held || fabs(a[i]) <= PS_SUM_ROUNDING * terms) a[i] = 0;
   }
-  return possible;
+  return 1;
 }
 
 /* Whether impulses meet the laws of the contacts with `still` rates that vanish; writes the rates, 0 where
@@ -148,7 +147,7 @@ static int is_limit(const ps_path *path, const double *aim, const double *P, con
 static int impulses_at_once(const ps_path *path, const double *aim, int moving, double *P, double *a,
                             ps_step *step) {
   const int n = path->n, rows = PS_SIZE(n);
-  int mode[PS_RIGID], possible;
+  int mode[PS_RIGID];
   ps_piece piece[PS_RIGID];
   const ps_piece *taken[PS_RIGID];
   ps_system system;
@@ -156,16 +155,15 @@ static int impulses_at_once(const ps_path *path, const double *aim, int moving, 
   ps_square W;
   memcpy(W, path->W, sizeof W);
   for (int i = 0; i < rows; i++) largest = PS_MAX(largest, W[i][i]);
+  if (!(largest > 0)) largest = 1; /* nothing moves */
   for (int i = 0; i < rows && path->singular; i++) W[i][i] += PS_MORE_MOBILITY * largest;
-  possible = least_impulses(path, W, aim, moving, P, a, mode);
-  if (!possible) return 0;
+  if (!least_impulses(path, W, aim, moving, P, a, mode)) return 0;
   for (int i = 0; i < n; i++) {
     taken[i] = &piece[i];
     if (mode[i] == PS_APART) apart_piece(&piece[i]);
     else close_piece(mode[i], path->mu[i], P[PS_N(i)] < 0 ? -1 : 1, &piece[i]);
   }
   make_system(n, (double (*)[PS_ROWS])path->W, taken, fixed, &system);
-  step->alone = possible < 2;
   note_system(&system, step);
   if (!path->singular) return 1;
   /* The limit of ever less mobility added, in the same modes. */
@@ -196,7 +194,6 @@ static void weigh(ps_path *path) {
   ps_step step = {0};
   for (int i = 0; i < path->n; i++) path->weight[i] = 1;
   if (path->n < 2) return;
-  step.alone = 1;
   if (!impulses_at_once(path, path->v, 0, P, a, &step)) {
     for (int i = 0; i < PS_ROWS; i++) P[i] = step.unknowns = 0;
   }
@@ -622,7 +619,7 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
     path.weight[i] = 1;
     collides |= v[PS_N(i)] < 0;
   }
-  path.singular = n > 1 && is_singular(n, path.W);
+  path.singular = (n > 1 || path.guides) && is_singular(n, path.W);
   ended = follow_path(&path, pressing);
   for (int i = 0; i < n; i++) pushing += !held[i] && path.impulses[PS_N(i)] != 0;
   if (law == PS_NEWTON && pushing > 1 && collides) ended = restart_at_once(&path);

@@ -185,7 +185,7 @@ static double matters(const ps_problem *p, int j, double size, const double *ter
   return effect > 0 || !(size > 0) ? share : 1;
 }
 
-/* By how much impulses miss the laws of the contacts, free of units. */
+/* By how much impulses within their cones miss the laws of the contacts, free of units. */
 static double residual(const ps_problem *p, const double *P) {
   double a[PS_ROWS], terms[PS_ROWS], worst = 0;
   accelerations(p, P, a, terms);
@@ -197,7 +197,6 @@ static double residual(const ps_problem *p, const double *P) {
     double missed = ratio(fabs(P[t] + s * limit), span);
     worst = PS_MAX(worst, p->held[i] ? fabs(gap) : PS_MIN(weight, fabs(gap)));
     worst = PS_MAX(worst, -gap);
-    worst = PS_MAX(worst, ratio(fabs(P[t]) - limit, span));
     worst = PS_MAX(worst, PS_MIN(missed, fabs(slip)));
   }
   return worst;
@@ -279,15 +278,5 @@ static int changes_velocity(const ps_problem *p, const double *P) {
   for (int i = 0; i < rows; i++)
     changes |= fabs(dot(rows, p->W[i], P)) > PS_RATE_ROUNDING * terms_of(rows, p->W[i], P);
   return changes;
-}
-
-/* Whether two solutions are different. */
-static int are_distinct(int rows, const double *P, const double *Q) {
-  double size = 0, apart = 0;
-  for (int i = 0; i < rows; i++) {
-    size = PS_MAX(size, PS_MAX(fabs(P[i]), fabs(Q[i])));
-    apart = PS_MAX(apart, fabs(P[i] - Q[i]));
-  }
-  return apart > PS_DISTINCT * size;
 }
 #endif
