@@ -6,7 +6,8 @@ from pathlib import Path
 
 from painleve_sym.mechanics.materials import PAIR_PROPERTIES, MaterialValue, materials
 from painleve_sym.references import reference
-from tools.tables import table, written
+from painleve_sym.tables import markdown_table as table
+from tools.tables import written
 
 PAGE = Path(__file__).parents[1] / "docs" / "materials.md"
 UNITS = {"young_modulus": ("GPa", 1e9), "yield_strength": ("MPa", 1e6), "density": ("kg/m³", 1.0)}

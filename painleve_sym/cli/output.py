@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from painleve_sym.files import to_plain, write_beside
 from painleve_sym.quantities import ROUNDING
+from painleve_sym.tables import display_width, text_lines
 
 if TYPE_CHECKING:
     from painleve_sym.study.critical.outcome_map import OutcomeMap
@@ -177,17 +178,10 @@ def show_table(
     The last column is wrapped into the rest of the line where it is flush left.
     """
     table = [list(head), *(list(row) for row in rows)]
-    widths = [max(len(row[i]) for row in table) for i in range(len(head))]
+    widths = [max(map(display_width, column)) for column in zip(*table, strict=True)]
     last = len(head) - 1
     room = WIDTH - indent - sum(widths[:-1]) - 2 * last
-    for row in table:
-        cells = [
-            c.ljust(w) if i in left else c.rjust(w)
-            for i, (c, w) in enumerate(zip(row, widths, strict=True))
-        ]
-        start = " " * indent + "  ".join(cells[:-1]) + ("  " if last else "")
-        if last not in left or len(row[last]) <= room or room < 20:
-            print((start + cells[last]).rstrip())
-            continue
-        for i, line in enumerate(textwrap.wrap(row[last], room, break_on_hyphens=False)):
-            print((start if i == 0 else " " * len(start)) + line)
+    if last in left and room >= 20:
+        widths[-1] = min(widths[-1], room)
+    for line in text_lines(table, widths, left, indent):
+        print(line)

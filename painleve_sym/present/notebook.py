@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from painleve_sym.present.style import CONTACTS, DASHES, NORMAL, styled, svg_tex
 from painleve_sym.problem.solution import ContactSolution
 from painleve_sym.quantities import axis_label, scaled_unit
 from painleve_sym.study.maps.region_map import RegionMap
+from painleve_sym.tables import html_table
 
 MAX_EVENTS = 12
 """Rows of the table; the others are counted."""
@@ -58,17 +59,11 @@ def _events(events: tuple[EventRecord, ...]) -> str:
     ]
     rest = len(events) - MAX_EVENTS
     note = f"<p>{rest} more events.</p>" if rest > 0 else ""
-    return f"{_table(_HEAD, rows)}{note}"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = ["".join(f"<th>{escape(title)}</th>" for title in head)]
-    lines += ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows]
-    return f"<table>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+    return f"{html_table(_HEAD, rows)}{note}"
 
 
 def _event(event: EventRecord) -> list[str]:
-    return [_table(("state", "just after"), ((n, f"{v:.6g}") for n, v in event.state.items()))]
+    return [html_table(("state", "just after"), ((n, f"{v:.6g}") for n, v in event.state.items()))]
 
 
 def _mechanism(mechanism: Mechanism) -> list[str]:
@@ -77,15 +72,15 @@ def _mechanism(mechanism: Mechanism) -> list[str]:
     held = ("contact", "held from both sides")
     return [
         f"<p>{escape(mechanism.title)}</p>",
-        _table(
+        html_table(
             ("coordinate", "unit", "meaning"),
             ((c.name, c.unit, c.meaning) for c in outline.coordinates),
         ),
-        _table(
+        html_table(
             ("parameter", "default", "unit", "meaning"),
             ((p.name, f"{p.default:g}", p.unit, p.meaning) for p in outline.parameters),
         ),
-        _table(
+        html_table(
             ("contact", "friction", "gap", "kind"),
             ((c.name, c.friction, c.gap, held[c.bilateral]) for c in outline.contacts),
         ),
@@ -108,7 +103,7 @@ def _classification(classification: Classification) -> list[str]:
             classification.contacts, s.modes, _forces_and_accelerations(s), strict=True
         )
     ]
-    return [sentence, _table((*head, *(f"a_{k} (m/s²)" for k in axes)), rows)]
+    return [sentence, html_table((*head, *(f"a_{k} (m/s²)" for k in axes)), rows)]
 
 
 def _forces_and_accelerations(solution: ContactSolution) -> list[list[float]]:
@@ -130,7 +125,7 @@ def _jump(jump: JumpResult) -> list[str]:
         (name, f"{before:.6g}", f"{jump.velocity[name]:.6g}")
         for name, before in jump.velocity_before.items()
     ]
-    return [_table(head, rows), _table(("velocity", "before", "after"), velocities)]
+    return [html_table(head, rows), html_table(("velocity", "before", "after"), velocities)]
 
 
 def _map(regions: RegionMap) -> list[str]:

@@ -10,6 +10,7 @@ from typing import Any
 
 from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
+from painleve_sym.tables import Html, html_table
 from painleve_sym.version import __version__
 
 _STYLE = """
@@ -66,10 +67,6 @@ footer { margin-top: 3rem; font-size: 0.9rem; color: var(--soft);
   .wide, pre { overflow: visible; white-space: pre-wrap; }
 }
 """
-
-
-class Html(str):
-    """A cell of a table that is HTML already."""
 
 
 @dataclass(frozen=True)
@@ -130,39 +127,9 @@ def preformatted(text: str, label: str) -> str:
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[Any]], label: str) -> str:
-    """Return a table with a heading row; numbers have ten digits, other values are text or `Html`.
-
-    The label names the table for screen readers.
-    """
-    head = "".join(f'<th scope="col">{_cell(c)}</th>' for c in columns)
-    lines = [f"<tr>{''.join(f'<td>{_cell(value)}</td>' for value in row)}</tr>" for row in rows]
-    return (
-        f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}"><table>'
-        f"<thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
-    )
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, Html):
-        return value
-    text = escape(cell_text(value))
-    if isinstance(value, float):
-        mantissa, _, power = text.replace("-", "\u2212").partition("e")
-        text = mantissa
-        if power:
-            sign, digits = power[0].strip("+"), power[1:].lstrip("0")
-            text += f"&nbsp;·&nbsp;10<sup>{sign}{digits}</sup>"
-    return text
-
-
-def cell_text(value: Any) -> str:
-    """Return the text of a cell of a table, before any marks are escaped."""
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    # Adding 0.0 turns -0.0 into 0.0.
-    return f"{value + 0.0:.10g}" if isinstance(value, float) else str(value)
+    """Return a table as `html_table`; the label names it for screen readers."""
+    region = f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}">'
+    return f"{region}{html_table(columns, rows)}</div>"
 
 
 def unit_html(unit: str) -> Html:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 import textwrap
-import unicodedata
-from collections.abc import Mapping
-from itertools import groupby, zip_longest
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from painleve_sym.errors import InputError
 from painleve_sym.escape import html_text as escape
@@ -17,9 +15,10 @@ from painleve_sym.files import write_beside
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
-from painleve_sym.present.page import Html, Page, Part, cell_text, figure, paragraph, table
+from painleve_sym.present.page import Page, Part, figure, paragraph, table
 from painleve_sym.present.style import Look, inline_svg, save
 from painleve_sym.quantities import counted
+from painleve_sym.tables import Html, cell_text, markdown_table, text_lines
 
 FIGURES = "figures"
 """Folder of the figures below the report."""
@@ -27,7 +26,7 @@ WIDTH = 100
 """Columns of the terminal table."""
 _HEADINGS = {"beyond": "beyond the paper", "physical": "physical values"}
 """Of groups that have another heading than their plural."""
-_COLUMNS = (("item", 20), ("paper", 31), ("computed", 31), ("verdict", 12))
+_COLUMNS, _WIDTHS = ("item", "paper", "computed", "verdict"), (20, 31, 31, 12)
 ON_RECORD = (
     "On record is the verdict that the authors of this program reached for each item when they "
     "compared it with the print; a verdict that differs from it has changed since."
@@ -106,20 +105,18 @@ def terminal_table(reproduction: Reproduction) -> str:
 
     A verdict that is not the expected one is marked with ``!``.
     """
-    lines = [_line([name for name, _ in _COLUMNS]), _line(["-" * n for _, n in _COLUMNS])]
+    lines = [*_lines(_COLUMNS), *_lines(["-" * n for n in _WIDTHS])]
     for group, items in groupby(reproduction.items, lambda item: item.group):
         lines += ["", _HEADINGS.get(group, f"{group}s")]
         for item in items:
             texts = (reproduction.label(item), item.paper, item.computed, _marked(item))
-            cells = [_wrapped(t, n) for t, (_, n) in zip(texts, _COLUMNS, strict=True)]
-            lines += [_line(list(row)) for row in zip_longest(*cells, fillvalue="")]
+            lines += _lines(texts)
     lines += ["", *textwrap.wrap(summary(reproduction), WIDTH)]
     return "\n".join(lines) + "\n"
 
 
-def display_width(text: str) -> int:
-    """Return how many columns a text takes: a dot above a θ takes none."""
-    return sum(1 for c in text if not unicodedata.combining(c))
+def _lines(row: Sequence[str]) -> Iterator[str]:
+    return text_lines([row], _WIDTHS, range(len(row)))
 
 
 def _verdict_text(item: Item) -> str:
@@ -128,15 +125,6 @@ def _verdict_text(item: Item) -> str:
 
 def _marked(item: Item) -> str:
     return _verdict_text(item) + ("" if item.as_expected else " !")
-
-
-def _line(cells: list[str]) -> str:
-    padded = [c + " " * (n - display_width(c)) for c, (_, n) in zip(cells, _COLUMNS, strict=True)]
-    return "  ".join(padded).rstrip()
-
-
-def _wrapped(text: str, width: int) -> list[str]:
-    return textwrap.wrap(text, width, break_on_hyphens=False) or [""]
 
 
 # ---- Markdown ----
@@ -151,10 +139,10 @@ def markdown(reproduction: Reproduction) -> str:
         summary(reproduction),
         ON_RECORD,
         " ".join(f"*{name}*: {meaning}." for name, meaning in VERDICTS.items()),
-        _table(
+        markdown_table(
             ["item", "paper", "computed", "verdict"],
             [
-                [f"[{label}](#{label})", i.paper, i.computed, _marked(i)]
+                [f"[{label}](#{label})", *map(markdown_text, (i.paper, i.computed, _marked(i)))]
                 for i in reproduction.items
                 for label in (reproduction.label(i),)
             ],
@@ -185,14 +173,9 @@ def _section(item: Item, label: str) -> list[str]:
         parts.append(f"![{item.title}]({FIGURES}/{label}.png)")
     table = item.data.get("table")
     if table:
-        parts.append(_table(table["columns"], table["rows"]))
+        cells = [[markdown_text(cell_text(value)) for value in row] for row in table["rows"]]
+        parts.append(markdown_table(table["columns"], cells))
     return parts
-
-
-def _table(columns: list[str], rows: list[list[Any]]) -> str:
-    cells = [[markdown_text(cell_text(value)) for value in row] for row in rows]
-    lines = [columns, ["---"] * len(columns), *cells]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 # ---- HTML ----
@@ -267,7 +250,7 @@ def _verdict_table(reproduction: Reproduction) -> str:
         label = escape(reproduction.label(item))
         link = Html(f'<a href="#{label}">{label}</a>')
         rows.append((link, item.paper, item.computed, Html(_verdict_html(item))))
-    return table([name for name, _ in _COLUMNS], rows, "Verdicts")
+    return table(_COLUMNS, rows, "Verdicts")
 
 
 def _verdict_html(item: Item) -> str:

@@ -21,7 +21,6 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.present.animation import Animation
 from painleve_sym.present.page import (
-    Html,
     Page,
     Part,
     figure,
@@ -36,6 +35,7 @@ from painleve_sym.quantities import counted, quantity
 from painleve_sym.references import Reference, citation
 from painleve_sym.study.scenario import Scenario
 from painleve_sym.study.settings import SETTINGS
+from painleve_sym.tables import Html
 
 MAX_EVENTS = 200
 """Rows of the table of events; the others are counted."""

@@ -18,7 +18,8 @@ from derivations.generated import contact_coefficients as coefficients
 from painleve_sym.present.style import PAGE as WIDTH
 from painleve_sym.present.style import PALETTE, legend_below, legend_entries, styled, write_figure
 from painleve_sym.quantities import axis_label
-from tools.tables import table, written
+from painleve_sym.tables import markdown_table as table
+from tools.tables import written
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "examples" / "studies" / "peers" / "cone-dual.json"

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from tools.tables import table, written
+from painleve_sym.tables import markdown_table as table
+from tools.tables import written
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "examples" / "studies" / "rigid_rod" / "landing.json"

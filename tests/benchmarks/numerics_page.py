@@ -17,9 +17,10 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE, write_figure
+from painleve_sym.tables import markdown_table as table
 from tests.benchmarks import accuracy, bench_numerics
 from tests.benchmarks.__main__ import machine
-from tools.tables import table, written
+from tools.tables import written
 
 DOCS = Path(__file__).parents[2] / "docs"
 NUMBERS = DOCS / "numerics.json"

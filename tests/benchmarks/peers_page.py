@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from painleve_sym.present.style import PAGE as WIDTH
 from painleve_sym.present.style import PALETTE, legend_below, legend_entries, styled, write_figure
 from painleve_sym.quantities import axis_label, number_latex
-from tools.tables import table, written
+from painleve_sym.tables import markdown_table as table
+from tools.tables import written
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "examples" / "studies" / "peers" / "results.json"

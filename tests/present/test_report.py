@@ -9,7 +9,8 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import reproduce, selected
-from painleve_sym.present.report import WIDTH, display_width, markdown, terminal_table, write_report
+from painleve_sym.present.report import WIDTH, markdown, terminal_table, write_report
+from painleve_sym.tables import display_width
 
 FEW = ("eq-18-impulse", "table-3", "fig-7", "fig-8", "rotation")
 

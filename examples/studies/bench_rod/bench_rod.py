@@ -30,6 +30,7 @@ import painleve_sym as ps
 from painleve_sym.mechanics.bars import bending_modes
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, legend_entries, save, styled
+from painleve_sym.tables import markdown_table as table
 
 Interval = tuple[float, float]
 
@@ -487,12 +488,6 @@ def study(quick: bool) -> dict[str, Any]:
 # ---- tables and figure ----
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table of a page."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
-
-
 def interval(values: Sequence[float] | None, unit: float = 1.0, digits: int = 2) -> str:
     """Return a median and its interval in a unit."""
     if values is None:
@@ -693,7 +688,7 @@ def main() -> None:
     )
     save(figure(data), options.out / "bench-rod")
     if not options.quick:
-        (options.out / "tables.md").write_text("\n".join(tables(data)), "utf-8")
+        (options.out / "tables.md").write_text("\n\n".join(tables(data)) + "\n", "utf-8")
     print("rise of the bench rod's tip in mm: median and 95 % interval at μ = 0.6 ± 10 %")
     for row in data["rod"]:
         if row["friction"] == "0.6 ± 10 %":

@@ -714,7 +714,7 @@ def main() -> None:
     (options.out / "landing.json").write_text(text, "utf-8")
     draw(data, options.out)
     if not options.quick:
-        (options.out / "landing-tables.md").write_text("\n".join(tables(data)), "utf-8")
+        (options.out / "landing-tables.md").write_text("\n\n".join(tables(data)) + "\n", "utf-8")
     for row in data["angles"]:
         print(" ".join(f"{name} {value:.4f}" for name, value in row.items()))
 

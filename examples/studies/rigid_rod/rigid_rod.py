@@ -32,6 +32,7 @@ from scipy.optimize import brentq, minimize_scalar
 import painleve_sym as ps
 from painleve_sym.mechanics.materials import materials
 from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
+from painleve_sym.tables import markdown_table as table
 
 Pair = tuple[Any, Any]
 Receptances = Callable[[Any], Pair]
@@ -643,12 +644,6 @@ def study(quick: bool) -> dict[str, Any]:
     }
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table of a page."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
-
-
 def milli(value: float | None) -> str:
     return "none" if value is None else f"{1e3 * value:.3f}"
 
@@ -790,7 +785,7 @@ def main() -> None:
     if not options.quick:
         texts = [*threshold_tables(data["thresholds"]), *run_tables(data["runs"])]
         (options.out / "tables.md").write_text(
-            "\n".join([*texts, oracle_table(data["oracle"])]), "utf-8"
+            "\n\n".join([*texts, oracle_table(data["oracle"])]) + "\n", "utf-8"
         )
     print("theta   rigid    all modes   Timoshenko")
     for row in rows:
