@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 
@@ -77,11 +78,15 @@ def at_points(function: ca.Function, points: Array) -> Array:
     return results
 
 
-def at_arrays(function: ca.Function, arrays: Sequence[Array]) -> Array:
-    """Return a function of one vector at arrays of one shape, shape (outputs, *that shape)."""
-    points = np.stack([array.reshape(-1) for array in arrays], axis=1)
-    rows = at_points(function, np.ascontiguousarray(points)).T
-    return rows.reshape(len(rows), *arrays[0].shape)
+def at_arrays(function: ca.Function, arrays: Sequence[ArrayLike]) -> Array:
+    """Return a function of one vector at arrays that broadcast, shape (outputs, *their shape)."""
+    whole = np.stack(np.broadcast_arrays(*arrays), axis=-1).astype(
+        np.float64, order="C", copy=False
+    )
+    points = whole.reshape(math.prod(whole.shape[:-1]), whole.shape[-1])
+    return np.moveaxis(
+        at_points(function, points).reshape(*whole.shape[:-1], function.numel_out(0)), -1, 0
+    )
 
 
 # Batches ask for the same number of points again and again.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.codegen.evaluate import at_arrays, expression_function
 from painleve_sym.mechanics.drawing import (
     contact_geometries,
     ground_surfaces,
@@ -104,9 +104,12 @@ class Scene:
     @cached_property
     def _places(self) -> dict[str, Array]:
         formulas = scene_formulas(self.mechanism, self.shapes)
-        values = self._values
-        rows = Pointwise(list(formulas.values()), list(values))(values)
-        return dict(zip(formulas, rows, strict=True))
+        return dict(zip(formulas, self._at_times(*formulas.values()), strict=True))
+
+    def _at_times(self, *formulas: Any) -> Array:
+        """Return formulas at the times, shape (formulas, frames)."""
+        function = expression_function("scene", formulas, list(self._values))
+        return at_arrays(function, list(self._values.values()))
 
     def _vector(self, name: str) -> Array:
         return np.stack([self._places[f"{name}_{axis}"] for axis in "xy"], axis=1)
@@ -143,12 +146,11 @@ class Scene:
         return np.broadcast_to(self._places[f"{contact}_surface_speed"], self.times.shape)
 
     @cached_property
-    def _levels(self) -> dict[str, Pointwise]:
+    def _levels(self) -> dict[str, Any]:
+        """Functions of place, states and parameters, by the contact."""
         symbols = [*PLACE, *self._values]
-        return {
-            name: Pointwise([surface], symbols)
-            for name, surface in ground_surfaces(self.mechanism).items()
-        }
+        grounds = ground_surfaces(self.mechanism)
+        return {c: expression_function("level", [s], symbols) for c, s in grounds.items()}
 
     @property
     def grounds(self) -> tuple[str, ...]:
@@ -157,15 +159,15 @@ class Scene:
 
     def level(self, contact: str, frame: int, x: Array, y: Array) -> Array:
         """Return the function of a surface at places: zero on it, positive on its free side."""
-        now = {s: v if np.ndim(v) == 0 else v[frame] for s, v in self._values.items()}
-        values: Array = self._levels[contact](now | dict(zip(PLACE, (x, y), strict=True)))[0]
-        return values
+        now = (v if np.ndim(v) == 0 else v[frame] for v in self._values.values())
+        level: Array = at_arrays(self._levels[contact], (x, y, *now))[0]
+        return level
 
     def gap(self, contact: str) -> Array:
         """Return the gap of a contact, shape (frames,); m."""
         formula = next(c.gap for c in self.mechanism.contacts if c.name == contact)
-        values: Array = Pointwise([formula], list(self._values))(self._values)[0]
-        return values
+        gap: Array = self._at_times(formula)[0]
+        return gap
 
     def slid(self, contact: str) -> Array:
         """Return the way that a contact has slid since the start, shape (frames,); m."""
