@@ -21,7 +21,6 @@ def cell_text(value: Any) -> str:
         return ""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    # Adding 0.0 turns -0.0 into 0.0.
     return f"{value + 0.0:.10g}" if isinstance(value, float) else str(value)
 
 

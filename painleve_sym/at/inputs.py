@@ -16,14 +16,13 @@ from painleve_sym.checks import LARGEST
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism, Place
+from painleve_sym.problem.rounding import MOVED, rounded
 from painleve_sym.units import Value
 
 _EXTREME = 1e-50
 """Size of a number, or of its inverse, whose products may be no numbers."""
 _SINGULAR = 1e-12
 """Part of the largest singular value of W below which another one is 0."""
-ROUND_OFF = 1e-14
-"""Part of its terms below which a velocity that is a sum of rounded products counts as zero."""
 _REACHED = 1e-9
 """Part of a velocity within which it is reached."""
 
@@ -96,7 +95,7 @@ def moving_place(place: Place, velocity: Sequence[float]) -> Place:
         impulse = np.linalg.lstsq(W, wanted - numbers.v, rcond=_SINGULAR)[0]
         old = np.array([state[n] for n in names])
         new, sizes = old + moves.D @ impulse, np.abs(old) + np.abs(moves.D) @ np.abs(impulse)
-        new = np.where(np.abs(new) > ROUND_OFF * sizes, new, 0.0)
+        new = rounded(new, sizes, MOVED)
         state |= dict(zip(names, new.tolist(), strict=True))
     reached = of.at({**state, **place.parameters}).v
     scale = max(float(np.abs(wanted).max()), float(np.abs(reached).max()))
@@ -213,9 +212,7 @@ def refuse_place(place: Place, at: ContactNumbers) -> None:
         )
 
 
-def refuse_infinite(
-    mechanism: Mechanism, values: Mapping[str, float], at: ContactNumbers
-) -> None:
+def refuse_infinite(mechanism: Mechanism, values: Mapping[str, float], at: ContactNumbers) -> None:
     """Raise InputError where W or b of contacts are not numbers, as of a mass of 1e-310 kg."""
     if math.isfinite(sum(at.W.ravel().tolist()) + sum(at.b.tolist())):
         return

@@ -10,7 +10,6 @@ from typing import Any
 
 from painleve_sym.at.delassus import ContactNumbers, Delassus, MotionNumbers
 from painleve_sym.at.inputs import (
-    ROUND_OFF,
     border_notices,
     place_of,
     refuse_infinite,
@@ -29,6 +28,7 @@ from painleve_sym.notebooks import Shown
 from painleve_sym.problem.impact.energy_gain import gain_notice
 from painleve_sym.problem.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.problem.modes import sign_of
+from painleve_sym.problem.rounding import MOVED
 from painleve_sym.units import Value
 
 Values = dict[str, float]
@@ -293,8 +293,7 @@ def contact_velocity_at(
     velocity = []
     for value, row in zip(at.v.tolist(), moves.J.tolist(), strict=True):
         terms = sum(abs(entry * speed) for entry, speed in zip(row, speeds, strict=True))
-        # Adding 0.0 turns -0.0 into 0.0.
-        velocity.append(value + 0.0 if abs(value) > ROUND_OFF * terms else 0.0)
+        velocity.append(value if abs(value) > MOVED * terms else 0.0)
     return velocity
 
 
@@ -341,10 +340,9 @@ def _of_impact(
         for v, *per_impulse in zip(velocity, *directions, strict=True):
             terms = (v, *(d * P for d, P in zip(per_impulse, impulses, strict=True)))
             after, size = math.fsum(terms), sum(map(abs, terms))
-            moved.append(after if abs(after) > ROUND_OFF * size else 0.0)
+            moved.append(after if abs(after) > MOVED * size else 0.0)
         velocity = moved
         named = dict(zip(names, velocity, strict=True))
-        # Adding 0.0 turns -0.0 into 0.0.
         stored = -phase.normal_work + 0.0
         v_n, *v_t = phase.velocity
         given = phase.name, phase.normal_impulse, phase.tangential_impulse, stored, named
@@ -366,7 +364,6 @@ def _of_law(
     given = {**values, V_N.name: v_n, V_T.name: v_t}
 
     def evaluated(expressions: Sequence[Any]) -> list[float]:
-        # Adding 0.0 turns -0.0 into 0.0.
         return [float(number) + 0.0 for number in numbers(expressions, given)]
 
     phases = list[JumpPhase]()

@@ -127,7 +127,6 @@ def tangential_impact_at(place: Place) -> TangentialImpact:
     results = _impulse_numbers(mechanism)(
         {**place.values, _SLIP_VELOCITY: problem.slip_velocity.item()}
     )
-    # Adding 0.0 turns -0.0 into 0.0.
     P_n, P_t, loss, *velocity = (v + 0.0 for v in results.values())
     names = mechanism.outline.velocity_names
     return TangentialImpact(

@@ -119,7 +119,6 @@ def _finite(value: Any, place: str, lost: dict[str, str]) -> Any:
 
 def number(value: float, digits: int = 6, size: float = 0.0) -> str:
     """Return a number for people: `digits` significant ones, and 0 for the rounding of a size."""
-    # Adding 0.0 turns -0.0 into 0.0.
     shown = 0.0 if abs(value) <= ROUNDING * size else value + 0.0
     return f"{shown:.{digits}g}"
 

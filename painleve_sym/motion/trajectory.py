@@ -326,7 +326,6 @@ class Trajectory(Shown, Compared):
 
     def above_tolerance(self, name: str, value: float, contact: str = "") -> float:
         """Return a value of a quantity, 0 where it is not above the `tolerance`."""
-        # Adding 0.0 turns -0.0 into 0.0.
         return value + 0.0 if abs(value) > self.tolerance(name, contact) else 0.0
 
     @cached_property

@@ -10,7 +10,7 @@ from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import InputError
 from painleve_sym.problem.complementarity.lcp import LCP, LCPSolution
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
-from painleve_sym.problem.modes import rounded_difference
+from painleve_sym.problem.rounding import rounded_difference
 
 if TYPE_CHECKING:
     from painleve_sym.problem.contact_problem import ContactProblem

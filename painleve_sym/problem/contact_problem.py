@@ -72,9 +72,10 @@ from painleve_sym.problem.constraints import Ball, Constraint, pieces
 from painleve_sym.problem.contact_lcp import complementarity_of, copositive, forces_of
 from painleve_sym.problem.friction_set import Interval
 from painleve_sym.problem.law import ScaledLaw
-from painleve_sym.problem.modes import CONTACT_LIMIT, rounded_difference, sign_of
+from painleve_sym.problem.modes import CONTACT_LIMIT, sign_of
 from painleve_sym.problem.products import PieceProduct
 from painleve_sym.problem.risk import held
+from painleve_sym.problem.rounding import rounded_difference
 from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, solution_of
 from painleve_sym.problem.statement import (
     STATED,

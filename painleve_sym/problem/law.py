@@ -31,6 +31,7 @@ import numpy as np
 from painleve_sym.problem.complementarity.lcp import RESIDUAL_TOLERANCE
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.constraints import Ball, Constraint, Vector
+from painleve_sym.problem.rounding import SOLVED
 from painleve_sym.problem.scaling import layout_of, scaled
 
 ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
@@ -42,7 +43,6 @@ LEAST_OF_LARGER = 1e-4  # of the larger of T and beta, in the scale
 EPSILON = 2.0**-52
 INFINITE = 64 * EPSILON  # rounding of the terms of one equation
 _TURN_ROUNDING = 4 * EPSILON  # of the length of a ball
-_ROUND_OFF = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
 
 
 class Motion(NamedTuple):
@@ -348,7 +348,7 @@ class ScaledLaw:
         """
         lengths = self.lengths(forces)
         weighted = list(map(operator.mul, self.weights, lengths))
-        noise = _ROUND_OFF * max(weighted)
+        noise = SOLVED * max(weighted)
         if 0 < min(filter(None, weighted), default=0.0) <= noise:
             yield [
                 0.0 if 0 < weighted[self.row_part[row]] <= noise else force

@@ -4,15 +4,8 @@ from __future__ import annotations
 
 import enum
 
-import numpy as np
-import numpy.typing as npt
-
-from painleve_sym.problem.complementarity.solution_sets import FloatArray
-
 CONTACT_LIMIT = 6
 """Most contacts whose pieces are all tried: 4**6 regular systems take a tenth of a second."""
-
-_ROUNDING = 4 * float(np.finfo(float).eps)  # two products and their difference, each rounded once
 
 
 class ContactMode(enum.StrEnum):
@@ -51,10 +44,3 @@ def sign_of(value: float) -> int:
 def slip_mode(direction: float) -> ContactMode:
     """Return the mode of slip along the sign of `direction`, which is not 0."""
     return ContactMode.SLIP_POS if direction > 0 else ContactMode.SLIP_NEG
-
-
-def rounded_difference(a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
-    """Return ``a - b`` with differences within rounding of their two terms as exactly 0."""
-    first, second = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-    value = first - second
-    return np.where(np.abs(value) <= _ROUNDING * (np.abs(first) + np.abs(second)), 0.0, value)

@@ -25,13 +25,13 @@ from painleve_sym.errors import InputError
 from painleve_sym.files import finite, plain_fields
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.friction_set import Disc, FrictionSet, Interval
-from painleve_sym.problem.modes import rounded_difference
 from painleve_sym.problem.risk import (
     friction_threshold,
     least_over_normals,
     sector_half_angle,
     slip_direction,
 )
+from painleve_sym.problem.rounding import rounded_difference
 from painleve_sym.problem.solution import ContactCase, ContactSolution, forces_data
 
 

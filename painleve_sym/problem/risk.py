@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.problem.modes import rounded_difference
+from painleve_sym.problem.rounding import rounded_difference
 
 RANK_ONE = 1e-10
 """Of the largest mobility of a block: in a direction with less, by the rounding of W, none."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from painleve_sym.arrays import Array
-from painleve_sym.problem.impact.path import COINCIDENT, ROUND_OFF, impulse_to_end, rounded_sum
+from painleve_sym.problem.impact.path import COINCIDENT, impulse_to_end
 from painleve_sym.problem.impact.spatial import (
     ENDED,
     JAM,
@@ -33,6 +33,7 @@ from painleve_sym.problem.impact.spatial import (
     zero_between,
 )
 from painleve_sym.problem.modes import sign_of
+from painleve_sym.problem.rounding import SUM, rounded_sum
 
 _GOES_ON = -1
 _TIED, _LEAST_CHANGE = 1e-9, 0.05
@@ -124,7 +125,7 @@ class SpatialPath:
         f1, f2 = w1 - mu * (W11 * c + W12 * s), w2 - mu * (W12 * c + W22 * s)
         h = c * f2 - s * f1
         A, k = rounded_sum(self.Wnn, -mu * w1 * c, -mu * w2 * s), c * f1 + s * f2
-        k, h = (rate if abs(rate) > ROUND_OFF * self.size else 0.0 for rate in (k, h))
+        k, h = (rate if abs(rate) > SUM * self.size else 0.0 for rate in (k, h))
         return A, k, h
 
     def _along_across(self, c: float, s: float) -> tuple[float, float]:

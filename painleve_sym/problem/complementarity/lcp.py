@@ -21,11 +21,11 @@ import numpy.typing as npt
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.problem.complementarity.solution_sets import BoolArray, FloatArray, affine_face
+from painleve_sym.problem.rounding import SOLVED
 
 ENUMERATION_LIMIT = 14  # 2**14 cones take a few seconds, and each further pair doubles that
 RESIDUAL_TOLERANCE = 1e-10  # a stable solve leaves some 1e-15; a wrong sign leaves order one
 Face = tuple[FloatArray, BoolArray]  # a point of it, and which entries vary along it
-_ROUND_OFF = 1e-13  # of the largest entry: what a solve may leave of a zero, on scaled entries
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +229,7 @@ def cleaned(lcp: LCP, z: FloatArray, tol: float) -> FloatArray | None:
     """Return z with negligible entries set to zero, or None if that is not a solution."""
     negligible = shares(lcp, z)[0] <= tol
     # What a solve leaves of an exact zero may be all there is in a row; so try without it, too.
-    for noise in (0.0, _ROUND_OFF * float(np.max(np.abs(z)))):
+    for noise in (0.0, SOLVED * float(np.max(np.abs(z)))):
         clean = np.where(negligible | (np.abs(z) <= noise), 0.0, z)
         if residual(lcp, clean) <= tol:
             return clean

@@ -9,9 +9,8 @@ from typing import NamedTuple
 from painleve_sym.equality import Compared
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.rounding import rounded_sum
 
-# Two rounded products and their difference: the sign of a smaller rate would be an accident.
-ROUND_OFF = 4 * 2.0**-52
 # det W over W_nn W_tt, and the distance of two break points, after the roundings of an inverse
 # mass matrix: below it W counts as rank one, and both events happen at once.
 COINCIDENT = 1e-12
@@ -167,7 +166,6 @@ class ImpactPath:
         self.spent += P if self.law == "poisson" else work_n
         self.v_n, self.v_t = v_n, v_t
         speed, impulse, energy = self.speed, self.speed - self.mass, 2 * self.speed - self.mass
-        # Adding 0.0 turns -0.0 into 0.0.
         self.phases.append(
             ImpactPhase(
                 name,
@@ -212,12 +210,3 @@ def impulse_to_end(
     # v_n P + rate P²/2 = left, without the cancellation of the usual root.
     final = math.sqrt(max(0.0, v_n * v_n + 2 * rate * left))
     return (2 * left / (v_n + final), final) if final > 0.0 else (math.inf, v_n)
-
-
-def rounded_sum(*terms: float) -> float:
-    """Return the sum, exactly 0 where it is within the rounding of its terms."""
-    value = size = 0.0
-    for term in terms:
-        value += term
-        size += abs(term)
-    return value if abs(value) > ROUND_OFF * size else 0.0

@@ -58,11 +58,11 @@ from painleve_sym.errors import CompilerMissing, InputError
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.impact.path import (
     AFTER_STOP,
-    ROUND_OFF,
     ImpactPhase,
     binary_exponent,
 )
 from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.rounding import SUM
 
 # The names and numbers of ``spatial.c``.
 ORDER, PHASES, PIECES, HEAD, ROW = 20, 16, 20000, 2, 11
@@ -108,14 +108,13 @@ def course_in_space(
     case = ImpactClass.C_STICKING if sticks else ImpactClass.SLIDING
     for i, (ray, (kind, *row)) in enumerate(zip(rays, rows, strict=True)):
         part = int(kind) % 2
-        # Adding 0.0 turns -0.0 into 0.0.
         P_n, P_1, P_2, *v_after, work_n, work_t = (
             math.ldexp(number, unit) + 0.0 for number, unit in zip(row, units, strict=False)
         )
         name = _PART_NAMES[part] if ray == STOPS else f"{_RAY_NAMES[ray]} {_PARTS[part]}"
         mode = ContactMode.STICK if ray == STICK else ContactMode.SLIP
         # Exactly 0 where it is rounding, so that the angle of a slip along −t1 is π and not −π.
-        c, s = (part if abs(part) > ROUND_OFF else 0.0 for part in row[-2:])
+        c, s = (part if abs(part) > SUM else 0.0 for part in row[-2:])
         phases.append(
             ImpactPhase(name, mode, P_n, (P_1, P_2), tuple(v_after), work_n, work_t, (c, s))
         )

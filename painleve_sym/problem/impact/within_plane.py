@@ -82,7 +82,6 @@ def phase_along(phase: ImpactPhase, tangent: Tangent) -> ImpactPhase:
     c, s = tangent
 
     def turned(along: float, across: float = 0.0) -> tuple[float, float]:
-        # Adding 0.0 turns -0.0 into 0.0.
         return c * along - s * across + 0.0, s * along + c * across + 0.0
 
     v_n, *v_t = phase.velocity

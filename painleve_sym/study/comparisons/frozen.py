@@ -12,7 +12,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.at.closing import closing_hint
 from painleve_sym.at.delassus import ContactNumbers, Delassus, MotionNumbers
-from painleve_sym.at.inputs import ROUND_OFF, refuse_infinite, refuse_place
+from painleve_sym.at.inputs import refuse_infinite, refuse_place
 from painleve_sym.at.jump import JumpResult, contact_velocity_at
 from painleve_sym.choices import Restitution
 from painleve_sym.codegen.evaluate import numbers
@@ -22,6 +22,7 @@ from painleve_sym.motion.frozen_in_space import FrozenSpatialMotion, FrozenSpati
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.modes import ContactMode
+from painleve_sym.problem.rounding import MOVED, rounded
 from painleve_sym.problem.solution import ContactSolution
 from painleve_sym.study.comparisons.case import LIFTOFF, AccelerationLevel, Answer, Case, FirstStep
 
@@ -183,8 +184,7 @@ class FrozenCase(Case):
         change = moves.D @ impulse
         after = before + change + time * moves.free
         sizes = abs(before) + abs(moves.D) @ abs(impulse) + abs(time * moves.free)
-        # Adding 0.0 turns -0.0 into 0.0.
-        after = np.where(abs(after) > ROUND_OFF * sizes, after, 0.0) + 0.0
+        after = rounded(after, sizes, MOVED) + 0.0
         velocity = dict(zip(self.velocities, after.tolist(), strict=True))
         end = self._velocity + W @ impulse + time * b
         own = {
