@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from painleve_sym.automata.model import ContactModel
-from painleve_sym.laws.contact_kind import ContactKind
 
 if TYPE_CHECKING:
     from painleve_sym.automata.automaton import HybridAutomaton
@@ -22,16 +21,10 @@ class ContactDerivation(ContactModel):
     def builder(self) -> ContactStates:
         """Object that derives the automaton."""
         # SymPy is imported by the builders alone.
-        from painleve_sym.automata import compliant, guide, rigid, tangential_spring
-        from painleve_sym.automata.plural_contacts import PluralContacts
+        from painleve_sym.automata.plural_contacts import ALONE, PluralContacts
 
-        builders: dict[ContactKind, type[ContactStates]] = {
-            ContactKind.GUIDE: guide.BilateralContact,
-            ContactKind.RIGID: rigid.RigidContact,
-            ContactKind.COMPLIANT: compliant.CompliantContact,
-            ContactKind.SPRING: tangential_spring.TangentialSpringContact,
-        }
-        return PluralContacts(self) if self.several else builders[self.kinds[0]](self)
+        alone = None if self.several else ALONE.get(self.kinds[0])
+        return (alone or PluralContacts)(self)
 
     @property
     def automaton(self) -> HybridAutomaton:

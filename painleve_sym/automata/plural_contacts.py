@@ -29,7 +29,7 @@ from painleve_sym.automata.automaton import (
     TestRole,
     Transition,
 )
-from painleve_sym.automata.compliant import CompliantInterface
+from painleve_sym.automata.compliant import CompliantContact, CompliantInterface
 from painleve_sym.automata.contact_forces import ContactMotion, Forces
 from painleve_sym.automata.contact_states import (
     CONTACT_WORK,
@@ -38,11 +38,11 @@ from painleve_sym.automata.contact_states import (
     SINGULAR_MARGIN,
     ContactStates,
 )
-from painleve_sym.automata.guide import GuideInterface
+from painleve_sym.automata.guide import BilateralContact, GuideInterface
 from painleve_sym.automata.interfaces import Interface, zero_factor
 from painleve_sym.automata.model import CONTACT, MOTION, START
-from painleve_sym.automata.rigid import RigidInterface
-from painleve_sym.automata.tangential_spring import SpringInterface
+from painleve_sym.automata.rigid import RigidContact, RigidInterface
+from painleve_sym.automata.tangential_spring import SpringInterface, TangentialSpringContact
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.laws.contact_kind import ContactKind
@@ -57,7 +57,15 @@ INTERFACES: dict[ContactKind, type[Interface]] = {
     ContactKind.COMPLIANT: CompliantInterface,
     ContactKind.SPRING: SpringInterface,
 }
-"""What a contact of each kind remembers and does."""
+"""The interface of each kind of contact: its memory, forces and transitions."""
+
+ALONE: dict[ContactKind, type[ContactStates]] = {
+    ContactKind.GUIDE: BilateralContact,
+    ContactKind.RIGID: RigidContact,
+    ContactKind.COMPLIANT: CompliantContact,
+    ContactKind.SPRING: TangentialSpringContact,
+}
+"""Faster builders for an only contact, whose local modes are modes of the automaton."""
 
 
 @dataclass(frozen=True)
@@ -119,9 +127,7 @@ class PluralContacts(ContactStates):
         own, n, forces = self._symbols, normals.rows, self._forces
         sticks = [c.holds for c in forces]
         slides, mobilities = zip(*map(self._slides, range(n)), strict=True)
-        slip = sp.Matrix(
-            n, normals.cols, lambda i, k: forces[i].known_friction(normals[i, k])
-        )
+        slip = sp.Matrix(n, normals.cols, lambda i, k: forces[i].known_friction(normals[i, k]))
         slip[:, 0] += sp.Matrix([c.spring_force for c in forces])
         pull = own["W_nt"].T * normals + own["W_tt"] * slip
         pull[:, 0] += own["b_t"]

@@ -106,7 +106,12 @@ def _elastic(body: int, whose: str) -> tuple[Parameter, Parameter]:
     meaning = f"elastic modulus{whose}"
     modulus = positive(f"E{end}", 20.9e10, "Pa", meaning, "young_modulus", body)
     ratio = Parameter(
-        *(f"nu{end}", 0.3, "1", f"Poisson's ratio{whose}", -1.0, 0.5),
+        name=f"nu{end}",
+        default=0.3,
+        unit="1",
+        meaning=f"Poisson's ratio{whose}",
+        lower=-1.0,
+        upper=0.5,
         material="poisson_ratio",
         body=body,
     )

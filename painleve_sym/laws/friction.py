@@ -20,8 +20,10 @@ _STATIC_RATIO = Parameter(
     "static_ratio", 1.25, "1", "static friction over mu, the friction of fast slip", 1.0
 )
 _STRIBECK_VELOCITY = positive(
-    *("stribeck_velocity", 0.01, "m/s"),
-    "slip velocity at which friction above mu has fallen to a half",
+    name="stribeck_velocity",
+    default=0.01,
+    unit="m/s",
+    meaning="slip velocity at which friction above mu has fallen to a half",
 )
 _TANGENTIAL_STIFFNESS = positive(
     "tangential_stiffness", 1e8, "N/m", "stiffness k_t of the spring in series with friction"

@@ -66,8 +66,9 @@ class RigidLaw:
 
     def __post_init__(self) -> None:
         policy = chosen(Policy, self.policy, "policy", "rigid contact")
+        object.__setattr__(self, "policy", policy)
         restitution = chosen(Restitution, self.restitution, "restitution law")
-        self.__dict__.update(restitution=restitution, policy=policy)
+        object.__setattr__(self, "restitution", restitution)
         _ = self.parameters  # rejects a coefficient out of range
 
     @property

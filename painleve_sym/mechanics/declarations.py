@@ -259,7 +259,8 @@ _Record = TypeVar("_Record")
 def with_fields(record: _Record, **fields: object) -> _Record:
     """Return a copy of a frozen dataclass that keeps everything it has derived.
 
-    Only for fields that no derivation depends on (`NOT_DERIVED_FROM`); for others `replace`.
+    Only for fields that no derivation depends on (`NOT_DERIVED_FROM`), and for cached properties
+    whose value is known; for other fields `replace`.
     """
     changed = copy.copy(record)
     changed.__dict__.update(fields)

@@ -43,13 +43,13 @@ class ContactOutline:
     """
 
     name: str
-    bilateral: bool
-    friction: str
-    gap: str
-    slip_velocity: str
-    gap_coordinate: str
-    slip_rate: str
-    depends_on_time: bool
+    bilateral: bool = False
+    friction: str = "mu"
+    gap: str = "0"
+    slip_velocity: str = ""
+    gap_coordinate: str = ""
+    slip_rate: str = ""
+    depends_on_time: bool = False
     slip_across: str = ""
 
     @property

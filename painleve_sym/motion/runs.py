@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law
+from painleve_sym.mechanics.declarations import with_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.arguments import BatchArguments, RunArguments, spelled_out
 from painleve_sym.motion.simulator import Simulator
@@ -52,7 +53,7 @@ class _KeptSimulators:
                 known = Simulator(mechanism, law, EngineName(engine))
                 alike = next((s for (d, _), s in self._simulators.items() if d == derived), None)
                 if alike is not None:
-                    known.__dict__["integrator"] = alike.integrator
+                    known = with_fields(known, integrator=alike.integrator)
             self._simulators[derived, defaults] = known
             while len(self._simulators) > _KEPT:
                 self._simulators.popitem(last=False)

@@ -302,13 +302,18 @@ class Simulator(Compared, MechanismWithLaws):
         """`Directions` by their names and by whether a force is given; filled when used."""
         return {}
 
+    @cached_property
+    def _last_options(self) -> list[tuple[RunSettings, RunOptions]]:
+        """The settings of the last run with their options, which the next one mostly shares."""
+        return []
+
     def options(self, scale: Array, settings: RunSettings) -> RunOptions:
         """Return the options of a run with checked settings; `scale` is that of its start."""
-        last: tuple[RunSettings, RunOptions] | None = self.__dict__.get("_last_options")
-        if last is None or last[0] is not settings:
-            last = settings, self._shared_options(settings)
-            self.__dict__["_last_options"] = last
-        shared = last[1]
+        last = self._last_options[-1:]
+        if not last or last[0][0] is not settings:
+            last = [(settings, self._shared_options(settings))]
+            self._last_options[:] = last
+        shared = last[0][1]
         rtol, atol = shared.rtol, settings.atol
         own = rtol * scale if atol is None else self._tolerances(atol, scale)
         return shared.with_tolerances(own)

@@ -206,9 +206,7 @@ def contact_mechanism(
     """
     name, first = robot.tree.name, robot.outline.contacts[0]
     text = f"velocity of {first.name} along t"
-    contact = ContactOutline(
-        first.name, False, "mu", "0", f"{text}1", "", "", False, slip_across=f"{text}2"
-    )
+    contact = ContactOutline(first.name, slip_velocity=f"{text}1", slip_across=f"{text}2")
     joints = robot.coordinates.items()
     torques = {f"torque_{own}" for joint, own in joints if joint not in robot.locked}
     friction = Parameter("mu", math.nan, "1", "friction coefficient", lower=0.0)

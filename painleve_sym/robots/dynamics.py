@@ -192,8 +192,7 @@ class RobotDynamics:
             for n, j in joints
         ]
         contacts = tuple(
-            ContactOutline(c.frame, False, "mu", "0", f"slip of {c.frame}", "", "", False)
-            for c in self.contacts
+            ContactOutline(c.frame, slip_velocity=f"slip of {c.frame}") for c in self.contacts
         )
         return MechanismOutline(tuple(coordinates), tuple(parameters), contacts, (), False)
 

@@ -82,9 +82,10 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         reading.worlds(root)
     of_base = _free_base(moving[0], reading) if floating else {}
     tree = RobotTree(
-        root.get("model", "") or "robot",
-        tuple(_scaled(reading, root)),
-        *(reading.frames, floating),
+        name=root.get("model", "") or "robot",
+        bodies=tuple(_scaled(reading, root)),
+        frames=reading.frames,
+        floating=floating,
         gravity=np.array(settings.gravity),
         notices=(*notices, *reading.notices),
         base=base,

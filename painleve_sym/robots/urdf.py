@@ -111,7 +111,10 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         bodies[0] = replace(bodies[0], rotation=SAME_PLACE[0], position=SAME_PLACE[1])
     name = root.get("name", "") or "robot"
     tree = RobotTree(
-        *(name, tuple(bodies), frames, floating),
+        name=name,
+        bodies=tuple(bodies),
+        frames=frames,
+        floating=floating,
         notices=tuple(notices),
         base=base,
         orientation=orientation,

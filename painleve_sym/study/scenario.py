@@ -28,7 +28,7 @@ from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FRICTION_NOTICES
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import Parameter, ParameterSet
+from painleve_sym.mechanics.declarations import Parameter, ParameterSet, with_fields
 from painleve_sym.mechanics.materials import material_values, two_materials
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.mechanics.models import NAMED
@@ -123,7 +123,7 @@ class Scenario(CaseSettings):
             _read_names(faults, whole, values)
         scenario = cls(**{"model": "", **values}, where=faults.where)
         if whole is not None and (scenario.contact is None or is_robot_file(scenario.model)):
-            scenario.__dict__["_mechanism"] = whole
+            return with_fields(scenario, _mechanism=whole)
         return scenario
 
     def updated(self, given: Mapping[str, Any]) -> Scenario:
@@ -144,9 +144,8 @@ class Scenario(CaseSettings):
         """Return a copy with other fields, and with the mechanism where it is the same."""
         copy = dataclasses.replace(self, **fields)
         same = all(getattr(copy, n) == getattr(self, n) for n in ("model", "contact", "robot"))
-        if same and "_mechanism" in self.__dict__:
-            copy.__dict__["_mechanism"] = self._mechanism
-        return copy
+        known = same and "_mechanism" in vars(self)
+        return with_fields(copy, _mechanism=self._mechanism) if known else copy
 
     @property
     def named_parameters(self) -> set[str]:
