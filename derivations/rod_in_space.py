@@ -8,7 +8,8 @@ import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step, cited, mechanism_quantities
 from derivations.paradox_conditions import MU_P
-from painleve_sym.mechanics.formulas.in_space import SLIP_ANGLE, mobility
+from painleve_sym.mechanics.coefficients import ContactCoefficients
+from painleve_sym.mechanics.formulas.in_space import SLIP_ANGLE
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.models.spatial import rod_3d
@@ -86,7 +87,8 @@ def slip_steps() -> list[Step]:
     """Return the steps to A and B, and to their limit in the plane."""
     theta, mu, alpha, m = (symbol(name) for name in ("theta", "mu", "alpha", "m"))
     psi = symbol("psi")
-    W, b = mobility(mechanism(), mechanism().contact)
+    coefficients = ContactCoefficients(mechanism().contact)
+    W, b = coefficients.W, coefficients.b
     along = {SLIP_ANGLE: psi + sp.pi + BETA}
     e = sp.Matrix([sp.cos(SLIP_ANGLE), sp.sin(SLIP_ANGLE)]).subs(along)
     own, free, _, _ = slipping(psi + sp.pi + BETA)

@@ -11,9 +11,8 @@ from painleve_sym.errors import InputError, received
 from painleve_sym.laws.impact_cases import three_phase_jump
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import Formula, ImpulsePhase, Section
-from painleve_sym.mechanics.formulas.in_space import spatial_sections
-from painleve_sym.mechanics.formulas.one_contact import LEFT, RIGHT, motion_sections
-from painleve_sym.mechanics.formulas.several_contacts import joint_sections
+from painleve_sym.mechanics.formulas.one_contact import LEFT, RIGHT
+from painleve_sym.mechanics.formulas.whole_mechanism import motion_sections
 from painleve_sym.mechanics.impact.impulse_rays import Phase, tangential_phase
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
@@ -71,12 +70,9 @@ def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
 
 
 def _closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
-    if mechanism.outline.in_space:
-        return spatial_sections(mechanism)
-    if len(mechanism.contacts) > 1:
-        return joint_sections(mechanism)
-    jump = () if mechanism.contact.bilateral else _jump(mechanism)
-    return (*motion_sections(mechanism), *jump)
+    rows, (held, *others) = mechanism.outline.rows, mechanism.outline.held
+    jumps = not (held or others or rows.n_tangents > 1)
+    return (*motion_sections(mechanism), *(_jump(mechanism) if jumps else ()))
 
 
 def _jump(mechanism: Mechanism) -> Iterator[Section]:

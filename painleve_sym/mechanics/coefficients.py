@@ -16,9 +16,10 @@ F_T = sp.Symbol("F_t", real=True)
 
 @dataclass(frozen=True)
 class ContactCoefficients:
-    """Accelerations of one contact as functions of its forces.
+    """Accelerations of one contact as functions of its forces, a = W F + b.
 
-    g̈_N = W_nn F_n + W_nt F_t + b_n and v̇_t = W_nt F_n + W_tt F_t + b_t.
+    In the plane g̈_N = W_nn F_n + W_nt F_t + b_n and v̇_t = W_nt F_n + W_tt F_t + b_t. What has the
+    letter t or a slip direction s is of the plane; `W` and `b` are of any number of tangents.
 
     Parameters
     ----------
@@ -40,6 +41,20 @@ class ContactCoefficients:
 
     def _delassus(self, left: sp.Matrix, right: sp.Matrix) -> sp.Expr:
         return readable((left * self.contact.system.inverse_mass_matrix * right.T)[0])
+
+    @cached_property
+    def W(self) -> sp.Matrix:
+        """Mobility J M⁻¹ Jᵀ, rows n and tangents; 1/kg."""
+        J = self.contact.J
+        rows = [J[i, :] for i in range(J.rows)]
+        upper = [[self._delassus(left, right) for right in rows[i:]] for i, left in enumerate(rows)]
+        return sp.Matrix(J.rows, J.rows, lambda i, k: upper[min(i, k)][abs(i - k)])
+
+    @cached_property
+    def b(self) -> sp.Matrix:
+        """Accelerations without contact forces, rows n and tangents, as a column; m/s²."""
+        free = self.contact.J * self.contact.system.free_acceleration
+        return (free + self.contact.biases).applyfunc(readable)
 
     @cached_property
     def W_nn(self) -> sp.Expr:

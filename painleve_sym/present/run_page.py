@@ -15,7 +15,7 @@ from painleve_sym.escape import html_text as escape
 from painleve_sym.laws.catalogue import each_law
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.formulas.formula import Formula
-from painleve_sym.mechanics.formulas.one_contact import energies
+from painleve_sym.mechanics.formulas.whole_mechanism import energies
 from painleve_sym.mechanics.mathml import mathml, symbol_mathml
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.trajectory import Trajectory

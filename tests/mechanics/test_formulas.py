@@ -13,7 +13,7 @@ import sympy as sp
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.closed_forms import closed_forms
 from painleve_sym.mechanics.formulas.formula import named_parts
-from painleve_sym.mechanics.formulas.one_contact import motion_sections
+from painleve_sym.mechanics.formulas.whole_mechanism import motion_sections
 from painleve_sym.mechanics.paradox.critical_friction import least_over_directions
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from tests.cli.cli_helpers import run

@@ -134,10 +134,11 @@ def test_velocities_of_the_contact_are_the_rates_of_its_place(name):
 )
 def test_numbers_are_those_of_the_closed_forms(name):
     from painleve_sym.codegen.evaluate import numbers as evaluated
-    from painleve_sym.mechanics.formulas.in_space import mobility
+    from painleve_sym.mechanics.coefficients import ContactCoefficients
 
     mechanism = ps.model(name)
-    W, b = mobility(mechanism, mechanism.contact)
+    coefficients = ContactCoefficients(mechanism.contact)
+    W, b = coefficients.W, coefficients.b
     rng = np.random.default_rng(5)
     state = {n: rng.uniform(0.2, 1.0) for n in mechanism.state_names}
     at, place = numbers(mechanism, state), mechanism.at(state)

@@ -1,7 +1,4 @@
-"""Closed forms of a mechanism in space: motion, mobility, slip in any direction, critical friction.
-
-Each contact stands as if the others were open.
-"""
+"""Closed forms of one contact in space: mobility, slip in any direction, critical friction."""
 
 from __future__ import annotations
 
@@ -9,11 +6,10 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.formulas.formula import Formula, Section, alone
-from painleve_sym.mechanics.formulas.one_contact import energies
+from painleve_sym.mechanics.coefficients import ContactCoefficients
+from painleve_sym.mechanics.formulas.formula import Formula, Section
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.simplify import readable, reduced
+from painleve_sym.mechanics.simplify import readable
 
 SLIP_ANGLE = sp.Symbol("phi_slip", real=True)
 """Angle of the slip from t1 towards t2; rad."""
@@ -31,41 +27,9 @@ _TOO_LONG = (
 )
 
 
-def spatial_sections(mechanism: Mechanism) -> tuple[Section, ...]:
-    """Return the closed forms of a mechanism in space, in reading order."""
-    system = mechanism.system
-    names = ", ".join(v.row for v in system.velocities)
-    note = f"M q_ddot = h + J^T F with q = ({names}), F = (F_n, F_t1, F_t2)"
-    turning: tuple[Formula, ...] = ()
-    if system.quaternions:
-        names, velocities = (
-            ", ".join(str(s) for s in symbols) for symbols in (system.q, system.q_dot)
-        )
-        note = (
-            f"M u_dot = h + J^T F with u = ({velocities}), F = (F_n, F_t1, F_t2); q_dot = N u with "
-            f"q = ({names})"
-        )
-        turning = (Formula("N", system.N, "SI", "rates of q by the velocities u", "N"),)
-    h = system.bias_force.applyfunc(lambda entry: readable(reduced(entry)))
-    motion = Section(
-        "equations of motion",
-        (
-            Formula("M", system.mass_matrix, "SI", "mass matrix", "M"),
-            Formula("h", h, "SI", "forces without those of the contacts", "h"),
-            *turning,
-        ),
-        note=note,
-    )
-    several = len(mechanism.contacts) > 1
-    own = [
-        alone(section, contact.name) if several else section
-        for contact in mechanism.contacts
-        for section in _contact(mechanism, contact)
-    ]
-    return (energies(mechanism), motion, *own)
-
-
-def _contact(mechanism: Mechanism, contact: Contact) -> Iterator[Section]:
+def spatial_sections(mechanism: Mechanism) -> Iterator[Section]:
+    """Yield what the only contact of a mechanism in space feels, in reading order."""
+    contact = mechanism.contact
     if (count := sp.count_ops(contact.J)) > LONGEST_JACOBIAN:
         gap = Formula("gap", contact.gap, "m", "gap g_N", "g_N")
         yield Section("contact", (gap,), note=_TOO_LONG_JACOBIAN.format(count=count))
@@ -79,7 +43,8 @@ def _contact(mechanism: Mechanism, contact: Contact) -> Iterator[Section]:
     if sp.count_ops(mechanism.system.mass_matrix) > LONGEST:
         yield Section("contact", place, note=_TOO_LONG)
         return
-    W, b = mobility(mechanism, contact)
+    coefficients = ContactCoefficients(contact)
+    W, b = coefficients.W, coefficients.b
     yield Section(
         "contact",
         (
@@ -117,11 +82,3 @@ def _contact(mechanism: Mechanism, contact: Contact) -> Iterator[Section]:
         ),
         note="A < 0 for slip within acos(mu_P/mu) of the direction of w",
     )
-
-
-def mobility(mechanism: Mechanism, contact: Contact) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return W and b of a contact in space with the others open, rows n, t1, t2."""
-    system, J = mechanism.system, contact.J
-    W = (J * system.inverse_mass_matrix * J.T).applyfunc(readable)
-    b = (J * system.free_acceleration + contact.biases).applyfunc(readable)
-    return W, b

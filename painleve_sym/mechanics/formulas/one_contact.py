@@ -1,4 +1,4 @@
-"""Closed forms of a mechanism with one contact: motion, mobility, slip, sticking, friction."""
+"""Closed forms of one contact in the plane: mobility, slip, sticking, friction."""
 
 from __future__ import annotations
 
@@ -30,11 +30,6 @@ _NO_FORM = "has no closed form."
 LEFT, RIGHT = "slip to the left (v_t < 0)", "slip to the right (v_t > 0)"
 
 
-def motion_sections(mechanism: Mechanism) -> tuple[Section, ...]:
-    """Return the closed forms of a mechanism with one contact without impacts, in reading order."""
-    return (energies(mechanism), _motion(mechanism), *contact_sections(mechanism))
-
-
 def contact_sections(mechanism: Mechanism) -> tuple[Section, ...]:
     """Return what the only contact of a mechanism feels: mobility, slip, sticking, friction."""
     return (
@@ -43,33 +38,6 @@ def contact_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         _stick(mechanism),
         *(_bilateral(mechanism) if mechanism.contact.bilateral else ()),
         _critical(mechanism),
-    )
-
-
-def energies(mechanism: Mechanism) -> Section:
-    """Return T and V."""
-    system = mechanism.system
-    return Section(
-        "energies",
-        (
-            Formula("T", system.kinetic_energy, "J", "kinetic energy", "T"),
-            Formula("V", system.potential_energy, "J", "potential energy", "V"),
-        ),
-    )
-
-
-def _motion(mechanism: Mechanism) -> Section:
-    system, contact = mechanism.system, mechanism.contact
-    names = ", ".join(c.name for c in system.coordinates)
-    return Section(
-        "equations of motion",
-        (
-            Formula("M", system.mass_matrix, "SI", "mass matrix", "M"),
-            Formula("h", system.bias_force, "SI", "forces without those of the contact", "h"),
-            Formula("J_N", contact.J_N, "SI", "Jacobian of the gap", "J_N"),
-            Formula("J_T", contact.J_T, "SI", "Jacobian of the slip velocity", "J_T"),
-        ),
-        note=f"M q_ddot = h + J_N^T F_n + J_T^T F_t with q = ({names})",
     )
 
 
