@@ -101,8 +101,9 @@ def _closed_at(place: Place) -> tuple[ContactNumbers, list[int]]:
     numbers = Delassus.of(mechanism).at(place.values)
     refuse_place(place, numbers)
     tolerances = (numbers.gap_tolerance + numbers.rate_tolerance).tolist()
-    unknown = [i for i, within in enumerate(tolerances) if not math.isfinite(within)]
-    refuse_infinite(mechanism, place.values, numbers.of_contacts(unknown))
+    if not math.isfinite(sum(tolerances)):
+        unknown = [i for i, within in enumerate(tolerances) if not math.isfinite(within)]
+        refuse_infinite(mechanism, place.values, numbers.of_contacts(unknown))
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
     refuse_infinite(mechanism, place.values, numbers.of_contacts(closed))
     return numbers, closed

@@ -15,16 +15,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from painleve_sym.problem.constraints import Piece, Vector, linear_pieces, pieces
+from painleve_sym.problem.constraints import Constraint, Piece, Vector, pieces
 from painleve_sym.problem.families import Family, forces_of_motion
-from painleve_sym.problem.law import EDGE, EQUAL, Checked, ScaledLaw
+from painleve_sym.problem.law import EDGE, EQUAL, Checked, ScaledLaw, Slips
 from painleve_sym.problem.products import PieceProduct
+from painleve_sym.problem.scaling import Placed
 from painleve_sym.problem.turning import (
     Start,
     TurnedLaw,
     count_of_starts,
     directions,
-    is_turning,
     search,
     slips_of,
 )
@@ -66,7 +66,6 @@ class Answers:
 
     def __init__(self, law: ScaledLaw) -> None:
         self.law = law
-        self.product = PieceProduct(law, list(map(linear_pieces, law.constraints)))
         self.all: list[Answer] = []
         self.searched = False
         self._merged = False
@@ -77,15 +76,12 @@ class Answers:
     # ---- solve ----
 
     def _solve(self) -> None:
-        solved, singular = self.product.solve()
-        for point in solved:
-            slips = tuple([piece.slips for piece in self.product.chosen(point.choice)])
-            checked = self.law.check(point.forces, slips)  # type: ignore[arg-type]
-            if checked is not None:
-                self._merge(Answer(checked))
+        solved, singular = PieceProduct(self.law).solve()
+        for forces, choice in solved:
+            self._add(forces, slips_of(choice.pieces))
         for choice in singular:
-            self._add_family(self.law, Family(self.law, self.product.chosen(choice)))
-        turning = not self.law.plain and any(map(is_turning, self.law.constraints))
+            self._add_family(self.law, Family(self.law, choice.pieces))
+        turning = self.law.layout.turning
         if turning:
             self._turn()
         if self.searched and self._missed():
@@ -95,9 +91,9 @@ class Answers:
         if len(self.all) > 1:
             self.all = ordered(self.law, self.all)
 
-    def _add(self, forces: Vector, chosen: Sequence[Piece]) -> None:
+    def _add(self, forces: Vector, slips: Slips) -> None:
         """Check forces of complete pieces, and add them where their motion is another one."""
-        checked = self.law.check(forces, slips_of(chosen))
+        checked = self.law.check(forces, slips)
         if checked is not None:
             self._merge(Answer(checked))
 
@@ -186,7 +182,7 @@ class Answers:
             else:
                 self.searched = True
                 for angles, forces in search(start, finer * count_of_starts(count)):
-                    self._add(forces, start.with_directions(angles))
+                    self._add(forces, start.slips(angles))
 
     def _turn_one(self, start: Start) -> None:
         samples: list[Checked] = []
@@ -282,7 +278,7 @@ def openness(law: ScaledLaw, checked: Checked) -> tuple[int, bool | None]:
     open_ = forces_of_motion(law, checked.motion)
     if open_ is not None:
         dimension = open_[1]
-    meeting = [_meeting(law, checked, i) for i in range(len(law.constraints))]
+    meeting = [_meeting(law, checked, *each) for each in law.each]
     if math.prod(map(len, meeting)) > MOST_MEETING:
         return dimension, None
     for chosen in itertools.product(*meeting):
@@ -293,22 +289,24 @@ def openness(law: ScaledLaw, checked: Checked) -> tuple[int, bool | None]:
     return dimension, moves
 
 
-def _meeting(law: ScaledLaw, checked: Checked, i: int) -> list[Piece]:
+def _meeting(
+    law: ScaledLaw, checked: Checked, constraint: Constraint, n: int, balls: Placed
+) -> list[Piece]:
     """Return the linear pieces of a constraint that may hold the forces, borders included."""
-    zero, forces = law.is_zero(checked.motion), checked.forces
-    constraint = law.constraints[i]
+    forces, (_, lengths, terms) = checked.forces, checked.motion
     pressing = forces[constraint.normal]
+    still = law.is_zero(n, lengths[n], terms)
     meeting = []
     for piece in pieces(constraint):
         if not piece.side:
             fits = pressing == 0
         else:
-            fits = zero[law.normals[i]] and pressing * piece.side >= 0 and not piece.turning
-            for k, ball in enumerate(constraint.balls):
+            fits = still and pressing * piece.side >= 0 and not piece.turning
+            for (ball, k), way in zip(balls, piece.slips, strict=True):
                 size = math.hypot(*(forces[t] for t in ball.rows))
                 at_rest = ball.mu and not ball.slip
-                if at_rest and not piece.slips[k]:
-                    fits = fits and zero[law.balls[i][k]]
+                if at_rest and not way:
+                    fits = fits and law.is_zero(k, lengths[k], terms)
                 elif at_rest:
                     fits = fits and size >= ball.mu * abs(pressing) * (1 - EDGE)
         if fits:

@@ -89,8 +89,6 @@ class Piece(NamedTuple):
         in a direction that is not known: then the piece is not complete.
     directions : tuple of Linear
         The force is a sum of multiples x of these.
-    units : tuple of float
-        By which each x extends beside a normal force of 1.
     vanishing : tuple of int
         As many rows of a that are 0.
     cone, signs : tuple of Linear
@@ -102,7 +100,6 @@ class Piece(NamedTuple):
     side: int
     slips: tuple[tuple[float, ...] | None, ...]
     directions: tuple[Linear, ...] = ()
-    units: tuple[float, ...] = ()
     vanishing: tuple[int, ...] = ()
     cone: tuple[Linear, ...] = ()
     signs: tuple[Linear, ...] = ()
@@ -184,14 +181,13 @@ def pressed(
         values += [-ball.mu * v * side / size for v in e]
         if not ball.slip:
             signs.append(Linear(ball.rows, e))
-    directions, units = [Linear(tuple(rows), tuple(values))], [size]
+    directions = [Linear(tuple(rows), tuple(values))]
     vanishing, cone, discs = [n], [Linear((n,), (float(side),))], []
     for ball in sticking:
         step = max(power_of_two(ball.mu), _SMALLEST)
         edge = side * ball.mu / step
         for t in ball.rows:
             directions.append(Linear((t,), (1.0,)))
-            units.append(min(1.0, step))
         vanishing += ball.rows
         if len(ball.rows) > 1:
             discs.append((n, ball))
@@ -204,7 +200,6 @@ def pressed(
         side,
         chosen,
         tuple(directions),
-        tuple(units),
         tuple(vanishing),
         tuple(cone),
         tuple(signs),

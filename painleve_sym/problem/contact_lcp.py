@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from painleve_sym.contact_rows import ContactRows
@@ -11,17 +9,15 @@ from painleve_sym.errors import InputError
 from painleve_sym.problem.complementarity.lcp import LCP, LCPSolution
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.rounding import rounded_difference
-
-if TYPE_CHECKING:
-    from painleve_sym.problem.contact_problem import ContactProblem
+from painleve_sym.problem.statement import Statement
 
 
-def pair_starts(problem: ContactProblem) -> list[int]:
+def pair_starts(problem: Statement) -> list[int]:
     """Return the first pair of each contact, and the number of pairs."""
     return [0, *np.cumsum([1 if s else 3 for s in problem.slip_directions]).tolist()]
 
 
-def complementarity_of(problem: ContactProblem) -> LCP:
+def complementarity_of(problem: Statement) -> LCP:
     """Return the complementarity problem of all contacts; see `ContactProblem.lcp`."""
     directions, starts = problem.slip_directions, pair_starts(problem)
     matrix, offset = np.zeros((starts[-1], starts[-1])), np.zeros(starts[-1])
@@ -49,7 +45,7 @@ def complementarity_of(problem: ContactProblem) -> LCP:
     return LCP(matrix, offset)
 
 
-def forces_of(problem: ContactProblem, solution: LCPSolution) -> FloatArray:
+def forces_of(problem: Statement, solution: LCPSolution) -> FloatArray:
     """Translate a solution; see `ContactProblem.forces_from`."""
     rows = ContactRows(problem.size)
     starts = pair_starts(problem)
@@ -73,7 +69,7 @@ def forces_of(problem: ContactProblem, solution: LCPSolution) -> FloatArray:
     return forces
 
 
-def copositive(problem: ContactProblem) -> tuple[LCP, FloatArray]:
+def copositive(problem: Statement) -> tuple[LCP, FloatArray]:
     """Return the problem of Anitescu & Potra and the map from its z to the forces."""
     ways, rows = list[FloatArray](), ContactRows(problem.size)
     rests: list[tuple[int, float]] = []  # columns of F_n at rest, with their friction

@@ -44,21 +44,16 @@ for bilateral ones; Blumentals, Brogliato & Bertails-Descoubes (2016) for both.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.checks import checked_number, mobility_faults
-from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.problem.answers import REGULAR, Answer, Answers, openness
-from painleve_sym.problem.array_checks import finite_array, mobility_matrix_faults
 from painleve_sym.problem.complementarity.lcp import (
     LCP,
     RESIDUAL_TOLERANCE,
@@ -66,35 +61,21 @@ from painleve_sym.problem.complementarity.lcp import (
     equilibrate,
 )
 from painleve_sym.problem.complementarity.lemke import LemkeResult, LemkeStatus, pivot
-from painleve_sym.problem.complementarity.solution_sets import BoolArray, FloatArray
+from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.complementarity.uniqueness import Uniqueness, uniqueness_of
-from painleve_sym.problem.constraints import Ball, Constraint, pieces
 from painleve_sym.problem.contact_lcp import complementarity_of, copositive, forces_of
-from painleve_sym.problem.friction_set import Interval
-from painleve_sym.problem.law import ScaledLaw
-from painleve_sym.problem.modes import CONTACT_LIMIT, sign_of
+from painleve_sym.problem.modes import CONTACT_LIMIT
+from painleve_sym.problem.only_contact import OnlyContact
 from painleve_sym.problem.products import PieceProduct
-from painleve_sym.problem.risk import held
-from painleve_sym.problem.rounding import rounded_difference
 from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, solution_of
-from painleve_sym.problem.statement import (
-    STATED,
-    disc,
-    friction_sets,
-    interval,
-    is_brake,
-    joined,
-    planar,
-    pressed,
-    shape_fault,
-)
+from painleve_sym.problem.statement import is_brake
 
 MAX_RESTING = 4
 """Most contacts in space at rest: all directions of five at once take minutes to search."""
 
 
 @dataclass(frozen=True, eq=False)
-class ContactProblem(Compared):
+class ContactProblem(OnlyContact):
     """State the contact problem of n closed contacts, all with zero normal velocity.
 
     Parameters
@@ -148,198 +129,6 @@ class ContactProblem(Compared):
     ('slip', [2.177778, 1.088889, 0.0])
     """
 
-    W: FloatArray
-    b: FloatArray
-    friction: Any
-    slip_velocity: Any
-    bilateral: BoolArray = field(default_factory=lambda: np.zeros((), np.bool_))
-
-    def __post_init__(self) -> None:
-        """Check every array and keep read-only copies."""
-        faults: list[str] = []
-        fields = vars(self)
-        for name in ("W", "b"):
-            fields[name], fault = finite_array(fields[name], name)
-            faults += [fault] * bool(fault)
-        sets = friction_sets(self.friction)
-        if sets is None:
-            faults += self._state_numbers()
-        else:
-            fields["friction"] = sets
-            fields["slip_velocity"], fault = joined(self.slip_velocity)
-            faults += [fault] * bool(fault)
-        count = len(self.friction)
-        sides = np.array(self.bilateral, dtype=bool)
-        fields["bilateral"] = np.full((count,), sides) if sides.ndim == 0 else sides
-        faults = faults or self._shape_faults() or self._physical_faults()
-        if faults:
-            raise InputError(STATED + " Also, ".join(faults))
-        rows = self.W.tolist()
-        if rows != list(map(list, zip(*rows, strict=True))):
-            fields["W"] = (self.W + self.W.T) / 2
-        for array in (self.W, self.b, self.slip_velocity, self.bilateral):
-            array.setflags(write=False)
-
-    def _state_numbers(self) -> list[str]:
-        """Take friction coefficients for intervals or discs; return the faults."""
-        fields, faults = vars(self), list[str]()
-        mu, fault = finite_array(self.friction, "mu")
-        faults += [fault] * bool(fault)
-        slip, fault = finite_array(self.slip_velocity, "slip_velocity")
-        faults += [fault] * bool(fault)
-        mu, slip = (v.reshape(1) if v.ndim == 0 else v for v in (mu, slip))
-        fields["friction"], fields["slip_velocity"] = (), slip
-        if faults:
-            return faults
-        values = mu.tolist() if mu.ndim == 1 else []
-        if values and min(values) < 0:
-            given = values[0] if len(values) == 1 else values
-            fault = f"mu: got {given!r}, need mu >= 0. Fix: give the direction by slip_velocity."
-            return [fault, *self._mobility_faults()]
-        in_space = np.shape(self.W)[:1] == (3 * mu.size,) and mu.size > 0
-        if in_space and slip.shape in ((mu.size, 2), (2 * mu.size,)):
-            fields["friction"] = tuple(map(disc, values))
-            fields["slip_velocity"] = slip.ravel()
-        elif mu.shape != slip.shape or mu.ndim != 1:
-            n = slip.size
-            need: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
-                "mu": (mu.shape, (n,)),
-                "slip_velocity": (slip.shape, (max(n, 1),)),
-                "W": (self.W.shape, (2 * n, 2 * n)),
-                "b": (self.b.shape, (2 * n,)),
-            }
-            return [
-                shape_fault(name, *pair, n) for name, pair in need.items() if pair[0] != pair[1]
-            ]
-        else:
-            fields["friction"] = tuple(map(interval, values))
-        return []
-
-    @classmethod
-    def single(
-        cls,
-        W_nn: float,
-        W_nt: float,
-        W_tt: float,
-        b_n: float,
-        b_t: float,
-        mu: float,
-        slip_velocity: float,
-        bilateral: bool = False,
-    ) -> ContactProblem:
-        """State the problem of one contact by its scalars.
-
-        Parameters
-        ----------
-        W_nn, W_nt, W_tt : float
-            Mobility, in 1/kg.
-        b_n, b_t : float
-            Accelerations without contact force, in m/s². b_n is B of the paradox literature.
-        mu : float
-            Friction coefficient, >= 0.
-        slip_velocity : float
-            v_t in m/s; exactly 0 means at rest tangentially.
-        bilateral : bool
-            Whether the contact holds from both sides.
-        """
-        given = {"W_nn": W_nn, "W_nt": W_nt, "W_tt": W_tt, "b_n": b_n, "b_t": b_t}
-        faults, values = [], []
-        for name, value in (given | {"mu": mu, "slip_velocity": slip_velocity}).items():
-            number, fault = checked_number(value, name)
-            values.append(number)
-            if fault:
-                faults.append(f"{fault} Fix: check the state it was evaluated at.")
-        if faults:
-            raise InputError(STATED + " Also, ".join(faults))
-        nn, nt, tt, n, t, friction, slip = values
-        return cls(
-            np.array([[nn, nt], [nt, tt]]),
-            np.array([n, t]),
-            np.array([friction]),
-            np.array([slip]),
-            np.array([bilateral]),
-        )
-
-    def _shape_faults(self) -> list[str]:
-        """Return a sentence for each array that does not fit the contacts."""
-        n = len(self.friction)
-        plane = (2 * n, 2 * n), (2 * n,), (n,), (n,)
-        given = self.W.shape, self.b.shape, self.slip_velocity.shape, self.bilateral.shape
-        if n and given == plane and self.in_plane:
-            return []
-        rows, tangents = self.rows, sum(self.tangents)
-        size = rows[-1][-1] + 1 if n and rows[-1] else 0
-        need = {"W": (size, size), "b": (size,), "slip_velocity": (tangents,), "bilateral": (n,)}
-        if not n:
-            need["slip_velocity"] = (1,)
-        return [
-            shape_fault(name, getattr(self, name).shape, shape, n)
-            for name, shape in need.items()
-            if getattr(self, name).shape != shape
-        ]
-
-    def _physical_faults(self) -> list[str]:
-        """Return a sentence for each entry that no mechanism can have."""
-        if any(
-            is_brake(own) and both for own, both in zip(self.friction, self.bilateral, strict=True)
-        ):
-            return ["bilateral: got a Brake that holds from both sides, which has no normal row."]
-        return self._mobility_faults()
-
-    def _mobility_faults(self) -> list[str]:
-        if self.W.shape == (2, 2):
-            (nn, nt), (tn, tt) = self.W.tolist()
-            return mobility_faults(nn, nt, tn, tt)
-        square = self.W.ndim == 2 and len(set(self.W.shape)) == 1
-        return mobility_matrix_faults(self.W, self._row_names) if square else []
-
-    @property
-    def _row_names(self) -> str:
-        if self.in_plane:
-            return "n1, t1, n2, t2, ..."
-        return "n, t1, t2 of each disc, n, t of each interval"
-
-    @property
-    def size(self) -> int:
-        """Return n, the number of contacts."""
-        return len(self.friction)
-
-    @cached_property
-    def mu(self) -> FloatArray:
-        """The first friction coefficient of each contact, 0 without one; shape (n,)."""
-        return np.array([own[0].mu if own else 0.0 for own in self.friction])
-
-    @cached_property
-    def tangents(self) -> tuple[int, ...]:
-        """The number of tangential rows of each contact."""
-        return tuple([sum([ball.n_tangents for ball in own]) for own in self.friction])
-
-    @cached_property
-    def in_plane(self) -> bool:
-        """Whether every contact has the rows n, t."""
-        return all(len(own) == 1 and type(own[0]) is Interval for own in self.friction)
-
-    @cached_property
-    def rows(self) -> tuple[tuple[int, ...], ...]:
-        """The rows of each contact, the normal one first; a `Brake` has none."""
-        starts, rows = 0, []
-        for own, tangents in zip(self.friction, self.tangents, strict=True):
-            end = starts + tangents + (not is_brake(own))
-            rows.append(tuple(range(starts, end)))
-            starts = end
-        return tuple(rows)
-
-    @cached_property
-    def slips(self) -> tuple[tuple[float, ...], ...]:
-        """The slip velocity of each contact along its tangential rows."""
-        values = iter(self.slip_velocity.tolist())
-        return tuple(tuple(itertools.islice(values, count)) for count in self.tangents)
-
-    @cached_property
-    def slip_directions(self) -> tuple[int, ...]:
-        """Return the sign of each slip velocity: -1, 0 or +1."""
-        return tuple(map(sign_of, self.slip_velocity.tolist()))
-
     # ---- solutions ----
 
     def solutions(self) -> tuple[ContactSolution, ...]:
@@ -357,8 +146,8 @@ class ContactProblem(Compared):
             For more than `CONTACT_LIMIT` contacts, or `MAX_RESTING` in space at rest. Fix: in the
             plane, call `solve_lemke` for one solution.
         """
-        self._refuse_many("solutions")
-        return tuple(map(self._solution, self._answers.all))
+        law = self._law
+        return tuple([solution_of(law, answer) for answer in self._answers.all])
 
     @property
     def complete(self) -> bool:
@@ -476,8 +265,7 @@ class ContactProblem(Compared):
                 f"uniqueness() needs contacts in the plane: got {self._described}. "
                 "Fix: see `guarantee` of the solutions."
             )
-        law = self._law
-        product = PieceProduct(law, list(map(pieces, law.constraints)))
+        product = PieceProduct(self._law)
         return uniqueness_of(product.pieces(), product.power_forms())
 
     @property
@@ -534,107 +322,6 @@ class ContactProblem(Compared):
         """
         return self._solution_of(self.forces_from(solution))
 
-    # ---- one contact ----
-
-    def alone(self, i: int) -> ContactProblem:
-        """Return the problem of one contact, the others open."""
-        own, one = list(self.rows[i]), slice(i, i + 1)
-        W, b = self.W[np.ix_(own, own)], self.b[own]
-        slip = [self.slips[i]]
-        return ContactProblem(W, b, list(self.friction[one]), slip, self.bilateral[one])
-
-    @property
-    def W_nn(self) -> float:
-        """Return the normal mobility of the only contact, in 1/kg."""
-        return float(self._only("W_nn").W[0, 0])
-
-    @property
-    def W_nt(self) -> float:
-        """Return the coupling of the only contact, in 1/kg."""
-        return float(self._only("W_nt").W[0, 1])
-
-    @property
-    def W_tt(self) -> float:
-        """Return the tangential mobility of the only contact, in 1/kg."""
-        return float(self._only("W_tt").W[1, 1])
-
-    @property
-    def b_n(self) -> float:
-        """Return the free normal acceleration of the only contact, in m/s²."""
-        return float(self._only("b_n").b[0])
-
-    @property
-    def b_t(self) -> float:
-        """Return the free tangential acceleration of the only contact, in m/s²."""
-        return float(self._only("b_t").b[1])
-
-    @property
-    def slip_direction(self) -> int:
-        """Return the sign of v_t of the only contact: -1, 0 or +1."""
-        return self._only("slip_direction").slip_directions[0]
-
-    def A_slip(self, direction: int, side: int = 1) -> float:
-        """Return ``A = W_nn - mu s W_nt`` of ``a_n = A F_n + B`` while slipping along s.
-
-        A value within rounding of its two terms is returned as exactly 0, since its sign, and with
-        it the case, would be an accident.
-
-        Parameters
-        ----------
-        direction : int
-            s = +1 for v_t > 0, -1 for v_t < 0.
-        side : int
-            The sign of F_n; -1 (``A = W_nn + mu s W_nt``) is possible for a bilateral contact only.
-
-        Raises
-        ------
-        InputError
-            For another direction. Fix: pass +1 or -1.
-        """
-        if direction not in (-1, 1):
-            raise InputError(
-                f"A_slip is not defined, direction: got {direction!r}, need +1 or -1. "
-                "Fix: pass the sign of the slip velocity."
-            )
-        return float(rounded_difference(self.W_nn, direction * side * self.mu.item() * self.W_nt))
-
-    @property
-    def A(self) -> float | None:
-        """Return A for the present slip direction and F_n > 0, in 1/kg; None when v_t = 0."""
-        return self.A_slip(self.slip_direction) if self.slip_direction else None
-
-    @property
-    def B(self) -> float:
-        """Return B = b_n, in m/s²."""
-        return self.b_n
-
-    @property
-    def A_stick(self) -> float:
-        """Return A' = W_nn - W_nt²/W_tt of ``a_n = A' F_n + B'`` while sticking, in 1/kg.
-
-        W_nn where no motion slides the contact, W_tt = 0.
-        """
-        return float(held(self._only("A_stick").W, self.b, 1)[0].item())
-
-    @property
-    def B_stick(self) -> float:
-        """Return B' = b_n - W_nt b_t/W_tt, in m/s²; b_n where W_tt = 0."""
-        return float(held(self._only("B_stick").W, self.b, 1)[1].item())
-
-    def _only(self, name: str) -> ContactProblem:
-        """Return this problem, or raise InputError where it is not one contact in the plane."""
-        if self.size != 1 or not self.in_plane:
-            raise InputError(
-                f"{name} belongs to one contact in the plane: got {self._described}. "
-                "Fix: use the arrays W, b, mu and slip_velocity."
-            )
-        return self
-
-    @property
-    def _described(self) -> str:
-        contacts = "one contact" if self.size == 1 else f"{self.size} contacts"
-        return contacts if self.in_plane else f"{contacts}, not with the rows n, t"
-
     # ---- parts ----
 
     def _refuse_many(self, where: str) -> None:
@@ -663,37 +350,10 @@ class ContactProblem(Compared):
             )
 
     @cached_property
-    def _law(self) -> ScaledLaw:
-        W, b = self.W.tolist(), self.b.tolist()
-        if self.in_plane:
-            given = zip(self.friction, self.slip_directions, self.bilateral.tolist(), strict=True)
-            constraints = [planar(i, own[0].mu, s, both) for i, (own, s, both) in enumerate(given)]
-            return ScaledLaw(W, b, constraints)
-        constraints = []
-        for i, (own, rows, slip) in enumerate(
-            zip(self.friction, self.rows, self.slips, strict=True)
-        ):
-            if is_brake(own):
-                constraints.append(pressed(W, b, own[0], rows[0], slip))
-                continue
-            balls, start = [], 1
-            for ball in own:
-                end = start + ball.n_tangents
-                way = ball.direction(slip[start - 1 : end - 1])
-                balls.append(Ball(rows[start:end], ball.mu, way))
-                start = end
-            both = bool(self.bilateral[i])
-            constraints.append(
-                Constraint(rows[0], tuple(balls), not both, (1, -1) if both else (1,))
-            )
-        return ScaledLaw(W, b, constraints)
-
-    @cached_property
     def _answers(self) -> Answers:
         self._refuse_many("solutions")
         law = self._law
-        balls = [] if law.plain else [ball for c in law.constraints for ball in c.balls]
-        resting = sum(ball.turns for ball in balls)
+        resting = law.layout.turning
         if resting > MAX_RESTING:
             raise InputError(
                 f"solutions() would search for minutes: got {self.size} contacts, {resting} "
@@ -708,13 +368,10 @@ class ContactProblem(Compared):
         whole: list[float] = (np.append(forces, pressing) / self._law.unit).tolist()
         return whole
 
-    def _solution(self, answer: Answer) -> ContactSolution:
-        return solution_of(self._law, answer, self.tangents)
-
     def _solution_of(self, forces: FloatArray) -> ContactSolution | None:
         """Return forces as a solution, or None where they fail the check."""
         law = self._law
         checked = law.check(self._scaled(forces))
         if checked is None:
             return None
-        return self._solution(Answer(checked, *openness(law, checked)))
+        return solution_of(law, Answer(checked, *openness(law, checked)))

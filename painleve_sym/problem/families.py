@@ -24,6 +24,35 @@ _MOVES = 1e-10  # of an acceleration by a force of order one; zeros are below 1e
 _HOLDS = 1e-9  # of the forces: they are those of a choice
 
 
+def forces_by(chosen: Sequence[Piece], size: int) -> FloatArray:
+    """Return the directions of the forces of pieces, as columns."""
+    directions = [way for piece in chosen for way in piece.directions]
+    G = np.zeros((size, len(directions)))
+    for k, (rows, values) in enumerate(directions):
+        G[list(rows), k] = values
+    return G
+
+
+def _forms(
+    chosen: Sequence[Piece], G: FloatArray, rates: FloatArray, b: FloatArray
+) -> tuple[FloatArray, FloatArray, tuple[Cone, ...]]:
+    """Return the inequalities of pieces by x: rows, start, and the discs that stick.
+
+    Forces are ``G x`` and accelerations ``rates x + b``.
+    """
+    rows, start, cones = list[FloatArray](), list[float](), list[Cone]()
+    for piece in chosen:
+        for at, values in piece.cone:
+            rows.append(np.array(values) @ G[list(at)])
+            start.append(0.0)
+        for at, values in piece.signs:
+            rows.append(np.array(values) @ rates[list(at)])
+            start.append(float(np.array(values) @ b[list(at)]))
+        for n, ball in piece.discs:
+            cones.append(Cone(piece.side * G[n], G[list(ball.rows)], ball.mu))
+    return np.array(rows).reshape(len(rows), G.shape[1]), np.array(start), tuple(cones)
+
+
 class Family:
     """The forces of one choice of pieces whose system is singular.
 
@@ -40,10 +69,7 @@ class Family:
     def __init__(self, law: ScaledLaw, chosen: Sequence[Piece], across: Sequence[int] = ()) -> None:
         self.law, self.chosen = law, chosen
         self.W, self.b = np.array(law.W), np.array(law.b)
-        directions = [way for piece in chosen for way in piece.directions]
-        self.G = np.zeros((len(self.b), len(directions)))
-        for k, (rows, values) in enumerate(directions):
-            self.G[list(rows), k] = values
+        self.G = forces_by(chosen, len(self.b))
         self.rows = [row for piece in chosen for row in piece.vanishing] + list(across)
         # What rounding leaves of a coupling would decide the rank.
         self.rates = self.W @ self.G
@@ -87,22 +113,6 @@ class Family:
         forces: Vector = (self.G @ x).tolist()
         return forces
 
-    def _forms(self) -> tuple[FloatArray, FloatArray, tuple[Cone, ...]]:
-        """Return the inequalities by x: rows, start, and the discs that stick."""
-        rows, start, cones = list[FloatArray](), list[float](), list[Cone]()
-        for piece in self.chosen:
-            for form in piece.cone:
-                rows.append(np.array(form.values) @ self.G[list(form.rows)])
-                start.append(0.0)
-            for form in piece.signs:
-                values = np.array(form.values)
-                rows.append(values @ self.rates[list(form.rows)])
-                start.append(float(values @ self.b[list(form.rows)]))
-            for n, ball in piece.discs:
-                cones.append(Cone(piece.side * self.G[n], self.G[list(ball.rows)], ball.mu))
-        size = self.G.shape[1]
-        return np.array(rows).reshape(len(rows), size), np.array(start), tuple(cones)
-
     def inside(self) -> tuple[Vector, bool] | None:
         """Return forces well inside the inequalities, and whether the motion is open around them.
 
@@ -111,7 +121,7 @@ class Family:
         x, null = self._parts
         if x is None:
             return None
-        rows, start, cones = self._forms()
+        rows, start, cones = _forms(self.chosen, self.G, self.rates, self.b)
         face = ForceSet(x, null, rows, start, cones).inside()
         if face is None:
             return None
@@ -128,7 +138,7 @@ class Family:
         null = self._parts[1]
         if self.reached or not any(piece.has_slip for piece in self.chosen) or not null.shape[1]:
             return False
-        rows, _, cones = self._forms()
+        rows, _, cones = _forms(self.chosen, self.G, self.rates, self.b)
         for side in (1.0, -1.0) if null.shape[1] == 1 else (1.0,):
             slope = rows @ null
             moving = np.max(np.abs(slope), axis=1, initial=0.0) > _MOVES
@@ -150,8 +160,8 @@ class Family:
         size = float(np.max(np.abs(point), initial=0.0))
         if np.max(np.abs(self.G @ x - point), initial=0.0) > _HOLDS * size:
             return False
-        scales = law.scale(motion.terms)
-        if any(abs(motion.a[row]) > ZERO * scales[law.row_part[row]] for row in self.rows):
+        scales = [law.scale(k, motion.terms) for k in law.row_part]
+        if any(abs(motion.a[row]) > ZERO * scales[row] for row in self.rows):
             return False
         for piece in self.chosen:
             for form in piece.cone:
@@ -162,7 +172,7 @@ class Family:
                     return False
             for form in piece.signs:
                 rate = sum(v * motion.a[r] for r, v in zip(form.rows, form.values, strict=True))
-                if rate < -_HOLDS * scales[law.row_part[form.rows[0]]]:
+                if rate < -_HOLDS * scales[form.rows[0]]:
                     return False
             for n, ball in piece.discs:
                 friction = math.hypot(*(forces[t] for t in ball.rows))
@@ -179,10 +189,10 @@ def forces_of_motion(law: ScaledLaw, motion: Motion) -> tuple[Vector, int] | Non
     Lengths count in units of the mobilities, so that neither units nor axes choose. A closed
     constraint with friction has one set for each sign of F_n. None where there are none.
     """
-    zero = law.is_zero(motion)
+    zero = [law.is_zero(k, length, motion.terms) for k, length in enumerate(motion.lengths)]
     sides = list[tuple[int, ...]]()
-    for i, constraint in enumerate(law.constraints):
-        if not zero[law.normals[i]]:
+    for constraint, n, _ in law.each:
+        if not zero[n]:
             sides.append((0,))
         elif len(constraint.sides) > 1 and not any(ball.mu for ball in constraint.balls):
             sides.append((2,))  # either sign, which no friction tells apart
@@ -209,13 +219,13 @@ def _of_sides(
 ) -> tuple[Face | None, FloatArray]:
     """Return the forces of a motion for given signs of F_n, and the map to forces by rows."""
     chosen = []
-    for i, (constraint, side) in enumerate(zip(law.constraints, sides, strict=True)):
+    for (constraint, _, balls), side in zip(law.each, sides, strict=True):
         if not side:
             if not constraint.opens:
                 return None, np.zeros((0, 0))
             continue
         ways = []
-        for ball, k in zip(constraint.balls, law.balls[i], strict=True):
+        for ball, k in balls:
             if ball.slip or not ball.mu:
                 ways.append(ball.slip)
             elif zero[k]:
@@ -225,32 +235,17 @@ def _of_sides(
                 length = math.hypot(*a)
                 ways.append(tuple(v / length for v in a))
         piece = pressed(constraint, 1 if side == 2 else side, tuple(ways))
-        chosen.append(piece._replace(cone=()) if side == 2 else piece)
+        chosen.append(piece._replace(cone=() if side == 2 else piece.cone, signs=()))
     weights = np.array([law.weights[part] or 1.0 for part in law.row_part])
-    directions = [
-        (way, size)
-        for piece in chosen
-        for way, size in zip(piece.directions, piece.units, strict=True)
-    ]
-    G = np.zeros((len(law.b), len(directions)))
-    for k, (way, _) in enumerate(directions):
-        G[list(way.rows), k] = way.values
+    G = forces_by(chosen, len(law.b))
     lengths = np.linalg.norm(weights[:, None] * G, axis=0)
     G = G / np.where(lengths > 0, lengths, 1.0)
     block, goal = np.array(law.W) @ G, np.array(motion.a) - np.array(law.b)
-    scales = law.scale(motion.terms)
-    base, null = _least_squares(block, goal, ZERO * np.array(scales)[law.row_part])
+    scales = np.array([law.scale(k, motion.terms) for k in law.row_part])
+    base, null = _least_squares(block, goal, ZERO * scales)
     if base is None:
         return None, G
-    rows, start, cones = list[FloatArray](), list[float](), list[Cone]()
-    for piece in chosen:
-        for form in piece.cone:
-            rows.append(np.array(form.values) @ G[list(form.rows)])
-            start.append(0.0)
-        for n, ball in piece.discs:
-            cones.append(Cone(piece.side * G[n], G[list(ball.rows)], ball.mu))
-    inequalities = np.array(rows).reshape(len(rows), G.shape[1])
-    return ForceSet(base, null, inequalities, np.array(start), tuple(cones)).shortest(), G
+    return ForceSet(base, null, *_forms(chosen, G, block, goal)).shortest(), G
 
 
 def _least_squares(

@@ -15,6 +15,16 @@ from typing import ClassVar
 from painleve_sym.checks import number
 
 
+def unit_vector(vector: Sequence[float]) -> tuple[float, ...]:
+    """Return the unit vector along a vector; empty for 0."""
+    largest = max(map(abs, vector))
+    if largest == 0:
+        return ()
+    parts = [v / largest for v in vector]  # neither overflow nor underflow in their squares
+    length = math.hypot(*parts)
+    return tuple([v / length for v in parts])
+
+
 @dataclass(frozen=True)
 class FrictionSet:
     """All friction forces of a contact of normal force 1: those of size μ at most.
@@ -45,12 +55,7 @@ class FrictionSet:
         >>> Disc(0.5).direction((0.0, -2.0))
         (0.0, -1.0)
         """
-        largest = max(map(abs, slip))
-        if largest == 0:
-            return ()
-        parts = [v / largest for v in slip]  # neither overflow nor underflow in their squares
-        length = math.hypot(*parts)
-        return tuple(v / length for v in parts)
+        return unit_vector(slip)
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ import numpy as np
 from painleve_sym.problem.complementarity.lcp import RESIDUAL_TOLERANCE
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.constraints import Ball, Constraint, Vector
+from painleve_sym.problem.friction_set import unit_vector
 from painleve_sym.problem.rounding import SOLVED
 from painleve_sym.problem.scaling import layout_of, scaled
 
@@ -104,9 +105,9 @@ class ScaledLaw:
 
     def __init__(self, W: list[Vector], b: Vector, constraints: Sequence[Constraint]) -> None:
         self.given = W, b
-        self.W, self.b, self.constraints, self.unit = scaled(W, b, constraints)
-        rows = tuple((c.normal, tuple(ball.rows for ball in c.balls)) for c in constraints)
-        self.parts, self.normals, self.balls, self.row_part, self.plain = layout_of(rows)
+        self.W, self.b, self.constraints, self.unit = scaled(W, b, tuple(constraints))
+        self.layout = layout_of(self.constraints)
+        self.parts, self.row_part, self.plain, self.each, *_ = self.layout
         self.part_sizes = self._part_sizes()
         self.offsets = self.lengths(self.b)
         if not self.plain:
@@ -118,9 +119,9 @@ class ScaledLaw:
 
     def _part_sizes(self) -> list[Vector]:
         if self.plain:
-            return [[abs(w) for w in row] for row in self.W]
+            return [list(map(abs, row)) for row in self.W]
         return [
-            [math.hypot(*(self.W[i][j] for i in p for j in q)) for q in self.parts]
+            [math.hypot(*[self.W[i][j] for i in p for j in q]) for q in self.parts]
             for p in self.parts
         ]
 
@@ -158,11 +159,8 @@ class ScaledLaw:
     def lengths(self, vector: Sequence[float]) -> Vector:
         """Return the lengths of the parts of a vector by rows."""
         if self.plain:
-            return [abs(v) for v in vector]
-        return [
-            abs(vector[p[0]]) if len(p) == 1 else math.hypot(*(vector[r] for r in p))
-            for p in self.parts
-        ]
+            return list(map(abs, vector))
+        return [math.hypot(*[vector[r] for r in part]) for part in self.parts]
 
     def terms_of(self, directions: FloatArray) -> FloatArray:
         """Return by rows the sizes of the terms of ``W directions``, shape (r, k)."""
@@ -177,7 +175,7 @@ class ScaledLaw:
         """Return ``W F + b`` with the size of its terms."""
         a, terms = accelerations(self.W, self.b, forces)
         if self.plain:
-            return Motion(a, [abs(v) for v in a], terms)
+            return Motion(a, list(map(abs, a)), terms)
         lengths = self.lengths(forces)
         terms = [
             sum(map(operator.mul, row, lengths)) + offset
@@ -185,23 +183,23 @@ class ScaledLaw:
         ]
         return Motion(a, self.lengths(a), terms)
 
-    def scale(self, terms: Sequence[float]) -> Vector:
-        """Return by part what an acceleration is compared with."""
-        scales = []
-        for T, beta in zip(terms, self.beta, strict=True):
-            if not beta:  # where no b acts, forces count against forces
-                scales.append(T)
-                continue
-            low, high = (T, beta) if beta > T else (beta, T)
-            scales.append(low + LEAST_OF_LARGER * high)
-        return scales
+    def scale(self, k: int, terms: Vector) -> float:
+        """Return what the acceleration of a part is compared with."""
+        T, beta = terms[k], self.beta[k]
+        if not beta:  # where no b acts, forces count against forces
+            return T
+        low, high = (T, beta) if beta > T else (beta, T)
+        return low + LEAST_OF_LARGER * high
 
-    def is_zero(self, motion: Motion) -> list[bool]:
-        """Return which parts of a motion are zero."""
-        return [
-            length <= ZERO * size
-            for length, size in zip(motion.lengths, self.scale(motion.terms), strict=True)
-        ]
+    def is_zero(self, k: int, length: float, terms: Vector) -> bool:
+        """Return whether a length of the acceleration of a part is zero."""
+        # No scale is below 1e-4 of the terms, which are quicker to compare with.
+        least = ZERO * LEAST_OF_LARGER * terms[k]
+        return length <= least or length <= ZERO * self.scale(k, terms)
+
+    def _is_negative(self, k: int, rate: float, terms: Vector) -> bool:
+        """Return whether an acceleration has the wrong sign."""
+        return rate < 0 and -rate > SIGN * self.scale(k, terms) + 4 * EPSILON * terms[k]
 
     # ---- residual ----
 
@@ -211,24 +209,23 @@ class ScaledLaw:
         if not math.isfinite(sum(terms)):
             return math.inf
         sizes = self.lengths(forces)
-        weights = self._share([abs(v) for v in sizes], terms, rows=self.normals)
         worst = 0.0
-        for i, constraint in enumerate(self.constraints):
-            n = self.normals[i]
+        for constraint, n, balls in self.each:
             row = constraint.normal
             normal, leaving = forces[row], ratio(a[row], terms[n])
             held = abs(leaving)
             if constraint.opens:
-                held = max(weights[i] if normal < 0 else min(weights[i], held), -leaving, 0.0)
+                if held or normal < 0:
+                    weight = self._share(n, sizes[n], terms)
+                    held = max(weight if normal < 0 else min(weight, held), -leaving)
             elif len(constraint.sides) == 1 and normal * constraint.sides[0] < 0:
-                held = max(held, weights[i])
+                held = max(held, self._share(n, sizes[n], terms))
             worst = max(worst, held)
-            for ball, k in zip(constraint.balls, self.balls[i], strict=True):
+            for ball, k in balls:
                 limit = ball.mu * abs(normal)
                 span = sizes[k] + limit
-                cone = ratio(sizes[k] - limit, span)
                 opposing = self._opposing(ball, forces, a, limit, span, terms[k])
-                worst = max(worst, cone, opposing)
+                worst = max(worst, ratio(sizes[k] - limit, span), opposing)
         return worst
 
     @staticmethod
@@ -252,27 +249,20 @@ class ScaledLaw:
         along, across = p * a[s] + q * a[t], abs(p * a[t] - q * a[s])
         return max(inside, ratio(max(along, across), size * terms))
 
-    def _share(self, part: Vector, terms: Vector, rows: Sequence[int] | None = None) -> Vector:
-        """Return how much each part of the forces matters to any acceleration, by its terms.
+    def _share(self, k: int, size: float, terms: Vector) -> float:
+        """Return how much a part of the forces matters to any acceleration, by its terms.
 
-        With `rows` only of the parts there. A force that moves nothing counts as 1.
+        A force that moves nothing counts as 1.
         """
-        shares = []
-        pairs = list(zip(self.part_sizes, terms, strict=True))
-        for k in range(len(part)) if rows is None else rows:
-            value, share, moves = part[k], 0.0, False
-            for row, size in pairs:
-                w = row[k]
-                if w:
-                    moves = True
-                    if size > 0:
-                        own = w * value / size
-                        if own > share:
-                            share = own
-            if not moves and value > 0:
-                share = 1.0
-            shares.append(share)
-        return shares
+        if not size:
+            return 0.0
+        share, moves = 0.0, False
+        for row, term in zip(self.part_sizes, terms, strict=True):
+            if row[k]:
+                moves = True
+                if term > 0:
+                    share = max(share, row[k] * size / term)
+        return share if moves else 1.0
 
     # ---- check ----
 
@@ -288,8 +278,7 @@ class ScaledLaw:
             motion = self.motion(settled)
             measured = self.residual(settled, motion)
             if best is None or measured < best.residual:
-                tidy = [force + 0.0 for force in settled]  # no -0.0
-                best = Checked(tidy, slips, motion, measured)
+                best = Checked(settled, slips, motion, measured)
             if measured <= ROUNDING:
                 break
         if best is None or best.residual > RESIDUAL_TOLERANCE or self._violates(best):
@@ -299,46 +288,47 @@ class ScaledLaw:
     def _violates(self, point: Checked) -> bool:
         """Return whether a row that must vanish does not, or one has the wrong sign."""
         forces, (a, lengths, terms) = point.forces, point.motion
-        scales = _Scales(self, terms)
-        vanishing: list[tuple[int, float, float]] = []  # part, |b| and terms but b of an equation
-        for i, constraint in enumerate(self.constraints):
-            n = self.normals[i]
+        vanishing: list[tuple[int, float]] = []  # part, and |b| of an equation
+        for (constraint, n, balls), slips in zip(self.each, point.slips, strict=True):
             if constraint.opens and forces[constraint.normal] == 0:
-                if scales.is_negative(a[constraint.normal], n):
+                if self._is_negative(n, a[constraint.normal], terms):
                     return True
                 continue
-            if scales.is_not_zero(lengths[n], n):
+            if not self.is_zero(n, lengths[n], terms):
                 return True
-            vanishing.append((n, self.offsets[n], terms[n] - self.offsets[n]))
-            for ball, k, e in zip(constraint.balls, self.balls[i], point.slips[i], strict=True):
+            vanishing.append((n, self.offsets[n]))
+            for (ball, k), e in zip(balls, slips, strict=True):
                 if ball.slip or not ball.mu:
                     continue
                 if not e:
-                    if scales.is_not_zero(lengths[k], k):
+                    if not self.is_zero(k, lengths[k], terms):
                         return True
-                    vanishing.append((k, self.offsets[k], terms[k] - self.offsets[k]))
+                    vanishing.append((k, self.offsets[k]))
                     continue
-                along = sum(a[t] * v for t, v in zip(ball.rows, e, strict=True))
-                if scales.is_negative(along, k):
-                    return True
-                if len(ball.rows) > 1:
+                if len(ball.rows) == 1:
+                    along = a[ball.rows[0]] * e[0]
+                else:
                     (s, t), (x, y) = ball.rows, e
-                    if scales.is_not_zero(abs(x * a[t] - y * a[s]), k):
+                    along = a[s] * x + a[t] * y
+                    if not self.is_zero(k, abs(x * a[t] - y * a[s]), terms):
                         return True
                     across = abs(x * self.b[t] - y * self.b[s])
                     across = across if across > ROUNDING * self.offsets[k] else 0.0
-                    vanishing.append((k, across, terms[k] - self.offsets[k]))
-        return self._infinite(vanishing)
+                    vanishing.append((k, across))
+                if self._is_negative(k, along, terms):
+                    return True
+        return self._infinite(vanishing, terms)
 
-    def _infinite(self, vanishing: Sequence[tuple[int, float, float]]) -> bool:
+    def _infinite(self, vanishing: Sequence[tuple[int, float]], terms: Vector) -> bool:
         """Return whether rounding of the forces alone could be all of b in some equations."""
-        worst: dict[int, tuple[float, float]] = {}
-        if all(size * INFINITE <= offset for _, offset, size in vanishing):
+        if all([INFINITE * (terms[k] - self.offsets[k]) <= offset for k, offset in vanishing]):
             return False
-        for k, offset, size in vanishing:
-            largest, moved = worst.get(self.groups[k], (0.0, 0.0))
-            worst[self.groups[k]] = max(largest, offset), max(moved, size)
-        return any(INFINITE * moved > largest > 0 for largest, moved in worst.values())
+        worst: dict[int, tuple[float, float]] = {}
+        for k, offset in vanishing:
+            largest, most = worst.get(self.groups[k], (0.0, 0.0))
+            moved = INFINITE * (terms[k] - self.offsets[k])
+            worst[self.groups[k]] = max(largest, offset), max(most, moved)
+        return any(most > largest > 0 for largest, most in worst.values())
 
     def _candidates(self, forces: Vector) -> Iterator[Vector]:
         """Yield the forces without what a solve may have left of zeros, and as they are.
@@ -355,17 +345,22 @@ class ScaledLaw:
                 for row, force in enumerate(forces)
             ]
         yield forces
-        share = self._share(lengths, self.motion(forces).terms)
+        terms = self.motion(forces).terms
         kept = list(forces)
-        for i, constraint in enumerate(self.constraints):
-            n = self.normals[i]
-            if all(share[k] <= RESIDUAL_TOLERANCE for k in (n, *self.balls[i])):
-                kept[constraint.normal] = 0.0
-                for ball in constraint.balls:
-                    for t in ball.rows:
-                        kept[t] = 0.0
+        for constraint, n, balls in self.each:
+            own = (n, *[k for _, k in balls])
+            if all([self._share(k, lengths[k], terms) <= RESIDUAL_TOLERANCE for k in own]):
+                self._lift(constraint, kept)
         if kept != forces:
             yield kept
+
+    @staticmethod
+    def _lift(constraint: Constraint, forces: Vector) -> None:
+        """Remove the forces of a constraint."""
+        forces[constraint.normal] = 0.0
+        for ball in constraint.balls:
+            for t in ball.rows:
+                forces[t] = 0.0
 
     def _slips(self, forces: Vector) -> Slips:
         """Return the directions of slip that the forces show."""
@@ -382,7 +377,7 @@ class ScaledLaw:
                     e = ()
                 elif not e and not inside:
                     opposite = [-f for f in friction] if size else [a[t] for t in ball.rows]
-                    e = direction(opposite)
+                    e = unit_vector(opposite)
                 own.append(e)
             slips.append(tuple(own))
         return tuple(slips)
@@ -396,10 +391,7 @@ class ScaledLaw:
         for constraint, own in zip(self.constraints, slips, strict=True):
             normal = forces[constraint.normal]
             if constraint.opens and normal <= 0:
-                settled[constraint.normal] = 0.0
-                for ball in constraint.balls:
-                    for t in ball.rows:
-                        settled[t] = 0.0
+                self._lift(constraint, settled)
                 continue
             for ball, e in zip(constraint.balls, own, strict=True):
                 limit = ball.mu * abs(normal)
@@ -415,7 +407,7 @@ class ScaledLaw:
                     friction = [f * (limit / size) for f in friction]
                 for t, f in zip(ball.rows, friction, strict=True):
                     settled[t] = f
-        return settled
+        return [force + 0.0 for force in settled]  # no -0.0
 
     def _named(self, point: Checked) -> Slips:
         """Return the directions of slip, borders by convention: without acceleration it sticks.
@@ -424,21 +416,16 @@ class ScaledLaw:
         """
         forces, (a, lengths, terms) = point.forces, point.motion
         named = []
-        for i, (constraint, own) in enumerate(zip(self.constraints, point.slips, strict=True)):
+        for (constraint, _, balls), own in zip(self.each, point.slips, strict=True):
             lifted = constraint.opens and forces[constraint.normal] == 0
             slips = []
-            for ball, k, e in zip(constraint.balls, self.balls[i], own, strict=True):
-                way = e
-                if lifted:
-                    way = ()
-                elif ball.slip:
-                    way = ball.slip
-                elif e or lengths[k] > RESIDUAL_TOLERANCE * terms[k]:
-                    still = lengths[k] <= ROUNDING * terms[k]
-                    if still:
+            for (ball, k), e in zip(balls, own, strict=True):
+                way = () if lifted else ball.slip or e
+                if not (lifted or ball.slip):
+                    if lengths[k] <= (ROUNDING if e else RESIDUAL_TOLERANCE) * terms[k]:
                         way = ()
                     elif not e or len(ball.rows) == 1:
-                        way = direction([a[t] for t in ball.rows])
+                        way = unit_vector([a[t] for t in ball.rows])
                 slips.append(way)
             named.append(tuple(slips))
         return tuple(named)
@@ -469,55 +456,21 @@ class ScaledLaw:
         """
         forces, (_, lengths, terms) = point.forces, point.motion
         met = set()
-        share = self._share(
-            self.lengths(forces), [max(t, b) for t, b in zip(terms, self.beta, strict=True)]
-        )
-        for i, constraint in enumerate(self.constraints):
-            n, normal = self.normals[i], forces[constraint.normal]
-            pressing = share[n] > EDGE
+        sizes = self.lengths(forces)
+        largest = list(map(max, terms, self.beta))
+        for constraint, n, balls in self.each:
+            pressing = self._share(n, sizes[n], largest) > EDGE
             if constraint.opens and not pressing and lengths[n] <= EDGE * self.beta[n]:
                 met.add("grazing")
             if not pressing:
                 continue
-            for ball, k in zip(constraint.balls, self.balls[i], strict=True):
+            for ball, k in balls:
                 if ball.slip or not ball.mu:
                     continue
-                size = math.hypot(*(forces[t] for t in ball.rows))
-                near = size >= ball.mu * abs(normal) * (1 - EDGE)
+                near = sizes[k] >= ball.mu * sizes[n] * (1 - EDGE)
                 if near and lengths[k] <= EDGE * self.beta[k]:
                     met.add("edge")
         return met
-
-
-class _Scales:
-    """The scales of some accelerations, computed where their terms alone do not decide."""
-
-    def __init__(self, law: ScaledLaw, terms: Vector) -> None:
-        self.law, self.terms = law, terms
-        self.scales: Vector = []
-
-    def _of(self, k: int) -> float:
-        self.scales = self.scales or self.law.scale(self.terms)
-        return self.scales[k]
-
-    def is_not_zero(self, length: float, k: int) -> bool:
-        """Return whether an acceleration is more than zero; no scale is below 1e-4 of its terms."""
-        least = ZERO * LEAST_OF_LARGER * self.terms[k]
-        return length > least and length > ZERO * self._of(k)
-
-    def is_negative(self, rate: float, k: int) -> bool:
-        """Return whether an acceleration has the wrong sign."""
-        return rate < 0 and -rate > SIGN * self._of(k) + 4 * EPSILON * self.terms[k]
-
-
-def direction(vector: Sequence[float]) -> tuple[float, ...]:
-    """Return the unit vector along a vector; empty for 0."""
-    largest = max(map(abs, vector))
-    if largest == 0:
-        return ()
-    parts = [v / largest for v in vector]  # neither overflow nor underflow in their squares
-    length = math.hypot(*parts)
-    return tuple(v / length for v in parts)
 
 
 def ratio(part: float, whole: float) -> float:

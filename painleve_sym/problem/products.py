@@ -24,8 +24,8 @@ from painleve_sym.problem.complementarity.solution_sets import (
     solve_refined,
     solve_two,
 )
-from painleve_sym.problem.constraints import Linear, Piece, Vector
-from painleve_sym.problem.law import ScaledLaw
+from painleve_sym.problem.constraints import Constraint, Linear, Piece, Vector, linear_pieces
+from painleve_sym.problem.law import ScaledLaw, accelerations
 
 IntArray = npt.NDArray[np.intp]
 
@@ -36,45 +36,52 @@ SUM_ROUNDING = 4 * float(
 )  # two products and their difference, each rounded once
 
 
+_KEPT = 4**3
+"""Most choices that are kept: those of more contacts take memory, and their solution longer."""
+
+
 class Choice(NamedTuple):
-    """A piece of each constraint, by position, and the system that it makes.
+    """A piece of each constraint, and the system that it makes.
 
     The rows of a that vanish, and the directions of the forces by their columns.
     """
 
-    pieces: tuple[int, ...]
+    pieces: tuple[Piece, ...]
     rows: list[int]
     columns: list[int]
 
 
-class Solved(NamedTuple):
-    """The forces of one choice of pieces, before any check."""
-
-    forces: Vector
-    choice: Choice
-
-
-_Kinds = tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
-"""The number of directions and the accelerations that vanish in every piece of every constraint."""
-
-
-def _listed(kinds: _Kinds) -> list[list[Choice]]:
+def _listed(offered: Sequence[Sequence[Piece]]) -> list[list[Choice]]:
     """Return all choices of one piece for each constraint, by their number of unknowns."""
-    starts = itertools.accumulate((count for given in kinds for count, _ in given), initial=0)
-    columns = [[range(k := next(starts), k + count) for count, _ in given] for given in kinds]
+    ends = itertools.accumulate(len(piece.directions) for own in offered for piece in own)
+    placed = [
+        [(piece, range((end := next(ends)) - len(piece.directions), end)) for piece in own]
+        for own in offered
+    ]
     groups: dict[int, list[Choice]] = {}
-    for local in itertools.product(*(range(len(given)) for given in kinds)):
-        pairs = list(enumerate(local))
-        rows = [row for i, j in pairs for row in kinds[i][j][1]]
-        own = [column for i, j in pairs for column in columns[i][j]]
-        groups.setdefault(len(own), []).append(Choice(local, rows, own))
+    for chosen in itertools.product(*placed):
+        rows = [row for piece, _ in chosen for row in piece.vanishing]
+        columns = [column for _, own in chosen for column in own]
+        choice = Choice(tuple([piece for piece, _ in chosen]), rows, columns)
+        groups.setdefault(len(columns), []).append(choice)
     return list(groups.values())
 
 
+class _Offered(NamedTuple):
+    """The pieces of each constraint, the direction of every column, choices if there are few."""
+
+    pieces: tuple[tuple[Piece, ...], ...]
+    directions: list[Linear]
+    choices: list[list[Choice]] | None
+
+
 # The same for all states in which the same constraints slide.
-_choices = functools.lru_cache(maxsize=64)(_listed)
-_KEPT = 4**3
-"""Most choices that are kept: those of more contacts take memory, and their solution longer."""
+@functools.lru_cache(maxsize=128)
+def _offered(constraints: tuple[Constraint, ...]) -> _Offered:
+    given = tuple(map(linear_pieces, constraints))
+    few = math.prod(map(len, given)) <= _KEPT
+    directions = [way for own in given for piece in own for way in piece.directions]
+    return _Offered(given, directions, _listed(given) if few else None)
 
 
 class PieceProduct:
@@ -83,24 +90,14 @@ class PieceProduct:
     Parameters
     ----------
     law : ScaledLaw
-    offered : sequence of sequences of Piece
-        What each constraint may do.
     """
 
-    def __init__(self, law: ScaledLaw, offered: Sequence[Sequence[Piece]]) -> None:
-        self.law, self.offered = law, offered
-        self.W, self.b = law.W, law.b
-        self._largest = max(map(abs, self.b))
-        # Every direction of every piece, the accelerations that it causes, and its unit. A sign
-        # that rounding left of W_nn - mu s W_nt would be an accident: as in `rounded_difference`.
-        self.directions: list[Linear] = []
-        self._rates: list[Vector] = []
-        self.units: list[float] = []
-        for given in offered:
-            for piece in given:
-                self.directions += piece.directions
-                self._rates += [self._rate(way) for way in piece.directions]
-                self.units += piece.units
+    def __init__(self, law: ScaledLaw) -> None:
+        self.law, self.W, self.b = law, law.W, law.b
+        self.offered, self.directions, self._choices = _offered(law.constraints)
+        # The accelerations that every direction of every piece causes. A sign that rounding left of
+        # W_nn - mu s W_nt would be an accident: as in `rounded_difference`.
+        self._rates = list(map(self._rate, self.directions))
 
     def _rate(self, way: Linear) -> Vector:
         """Return the accelerations of a force direction."""
@@ -142,27 +139,24 @@ class PieceProduct:
         """Accelerations of these directions, as columns; shape (r, directions)."""
         return np.array(self._rates).reshape(-1, len(self.b)).T
 
-    def chosen(self, choice: Choice) -> list[Piece]:
-        """Return the pieces of a choice."""
-        return [given[j] for given, j in zip(self.offered, choice.pieces, strict=True)]
-
-    def solve(self) -> tuple[list[Solved], list[Choice]]:
+    def solve(self) -> tuple[list[tuple[Vector, Choice]], list[Choice]]:
         """Return the forces of every regular choice, and the choices that are singular.
 
         Some miss their inequalities by little: every point still needs its check. Forces on the
         border of two pieces appear twice.
         """
-        points, singular = list[Solved](), list[Choice]()
+        points, singular = list[tuple[Vector, Choice]](), list[Choice]()
+        largest = max(map(abs, self.b))
         for choices in self._groups():
-            small = len(choices[0].columns) <= 2
-            solved = map(self._solve_small, choices) if small else self._solve_together(choices)
-            for choice, x in zip(choices, solved, strict=True):
+            together = self._solve_together(choices) if len(choices[0].columns) > 2 else None
+            for k, choice in enumerate(choices):
+                x = together[k] if together else self._solve_small(choice)
                 if x is None:
                     singular.append(choice)
                     continue
                 forces = self._forces(choice, x)
-                if self._plausible(forces, choice):
-                    points.append(Solved(forces, choice))
+                if self._plausible(forces, choice, largest):
+                    points.append((forces, choice))
         return points, singular
 
     def pieces(self) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -205,11 +199,7 @@ class PieceProduct:
 
     def _groups(self) -> Iterable[Sequence[Choice]]:
         """Return all choices, those with one number of unknowns together."""
-        kinds = tuple(
-            tuple((len(piece.directions), piece.vanishing) for piece in given)
-            for given in self.offered
-        )
-        return _choices(kinds) if math.prod(map(len, kinds)) <= _KEPT else _listed(kinds)
+        return self._choices or _listed(self.offered)
 
     def _blocks(self, choices: Sequence[Choice]) -> tuple[FloatArray, IntArray, IntArray]:
         """Return the matrices of choices of one size, with their rows and columns."""
@@ -248,34 +238,21 @@ class PieceProduct:
         solved = iter(solve_refined(blocks[regular], -np.array(self.b)[rows[regular]]).tolist())
         return [next(solved) if good else None for good in regular]
 
-    def _plausible(self, forces: Vector, choice: Choice) -> bool:
+    def _plausible(self, forces: Vector, choice: Choice, largest: float) -> bool:
         """Return whether forces may satisfy the inequalities of their pieces."""
-        doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + self._largest)
-        for given, j in zip(self.offered, choice.pieces, strict=True):
-            piece = given[j]
+        doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + largest)
+        for piece in choice.pieces:
             for rows, values in piece.cone:
-                if sum(v * forces[r] for r, v in zip(rows, values, strict=True)) < -doubt:
+                if sum(map(operator.mul, values, [forces[r] for r in rows])) < -doubt:
                     return False
             for n, ball in piece.discs:
-                size = math.hypot(*(forces[t] for t in ball.rows))
+                size = math.hypot(*[forces[t] for t in ball.rows])
                 if size > ball.mu * abs(forces[n]) + doubt * (1 + ball.mu):
                     return False
-            for form in piece.signs:
-                value = terms = 0.0
-                for r, v in zip(form.rows, form.values, strict=True):
-                    rate, size = self._acceleration(r, forces)
-                    value += v * rate
-                    terms += abs(v) * size
-                if value < -_REJECTION_TOLERANCE * terms:
+            for rows, values in piece.signs:
+                W, b = [self.W[r] for r in rows], [self.b[r] for r in rows]
+                rates, sizes = accelerations(W, b, forces)
+                terms = sum(map(operator.mul, map(abs, values), sizes))
+                if sum(map(operator.mul, values, rates)) < -_REJECTION_TOLERANCE * terms:
                     return False
         return True
-
-    def _acceleration(self, row: int, forces: Vector) -> tuple[float, float]:
-        """Return one acceleration and the size of its terms."""
-        value = self.b[row]
-        terms = abs(value)
-        for w, force in zip(self.W[row], forces, strict=True):
-            term = w * force
-            value += term
-            terms += abs(term)
-        return value, terms

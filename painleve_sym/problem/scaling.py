@@ -5,10 +5,12 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Sequence
 from typing import NamedTuple
 
-from painleve_sym.problem.constraints import Constraint, Vector, power_of_two
+from painleve_sym.problem.constraints import Ball, Constraint, Vector, power_of_two
+
+Placed = tuple[tuple[Ball, int], ...]
+"""The balls of a constraint, and the part of each."""
 
 
 class Layout(NamedTuple):
@@ -18,48 +20,58 @@ class Layout(NamedTuple):
     ----------
     parts : tuple of tuples of int
         The rows of each part.
-    normals : tuple of int, one for each constraint
-    balls : tuple of tuples of int, one for each constraint
-        Its normal part, and the parts of its balls.
     row_part : list of int
         The part of each row.
     plain : bool
         Whether each row is the part of its number, as in the plane.
+    each : tuple of (Constraint, int, Placed)
+        Each constraint with its normal part, and its balls with theirs.
+    tangents : tuple of int
+        The number of tangential rows of each constraint.
+    brakes : tuple of int
+        Constraints whose normal row is not one of the problem.
+    turning : int
+        The number of discs at rest with friction, whose slip begins in any direction.
     """
 
     parts: tuple[tuple[int, ...], ...]
-    normals: tuple[int, ...]
-    balls: tuple[tuple[int, ...], ...]
     row_part: list[int]
     plain: bool
+    each: tuple[tuple[Constraint, int, Placed], ...]
+    tangents: tuple[int, ...]
+    brakes: tuple[int, ...]
+    turning: int
 
 
 # The same few for all states of a mechanism.
 @functools.lru_cache(maxsize=256)
-def layout_of(rows: tuple[tuple[int, tuple[tuple[int, ...], ...]], ...]) -> Layout:
-    """Return the layout of constraints by their normal rows and the rows of their balls."""
-    parts, normals, balls = list[tuple[int, ...]](), list[int](), list[tuple[int, ...]]()
-    for normal, own in rows:
-        normals.append(len(parts))
-        balls.append(tuple(range(len(parts) + 1, len(parts) + 1 + len(own))))
-        parts += [(normal,), *own]
+def layout_of(constraints: tuple[Constraint, ...]) -> Layout:
+    """Return the layout of constraints."""
+    parts = list[tuple[int, ...]]()
+    each = []
+    for constraint in constraints:
+        n, balls = len(parts), constraint.balls
+        parts += [(constraint.normal,), *(ball.rows for ball in balls)]
+        each.append((constraint, n, tuple((ball, n + 1 + k) for k, ball in enumerate(balls))))
     places = {row: k for k, part in enumerate(parts) for row in part}
     row_part = [places[row] for row in range(len(places))]
     plain = parts == [(row,) for row in range(len(places))]
-    return Layout(tuple(parts), tuple(normals), tuple(balls), row_part, plain)
+    tangents = tuple(sum(len(ball.rows) for ball in c.balls) for c in constraints)
+    firsts = [(c.normal, *(t for ball in c.balls for t in ball.rows)) for c in constraints]
+    brakes = tuple(i for i, (normal, *own) in enumerate(firsts) if own and normal > own[0])
+    turning = sum(ball.turns for c in constraints for ball in c.balls)
+    return Layout(tuple(parts), row_part, plain, tuple(each), tangents, brakes, turning)
 
 
 def _with_friction(constraint: Constraint, d: Vector) -> Constraint:
     """Return a constraint with the friction coefficients of the scaled rows."""
     unit = d[constraint.normal]
-    if all(d[ball.rows[0]] == unit for ball in constraint.balls):
-        return constraint
     balls = (ball._replace(mu=ball.mu * d[ball.rows[0]] / unit) for ball in constraint.balls)
     return constraint._replace(balls=tuple(balls))
 
 
 def scaled(
-    W: list[Vector], b: Vector, constraints: Sequence[Constraint]
+    W: list[Vector], b: Vector, constraints: tuple[Constraint, ...]
 ) -> tuple[list[Vector], Vector, tuple[Constraint, ...], Vector]:
     """Return W, b and the constraints scaled to order one by powers of two, and the unit.
 
@@ -71,20 +83,20 @@ def scaled(
         math.ldexp(1.0, math.frexp(row[k])[1] // 2) if row[k] > 0 else 1.0
         for k, row in enumerate(W)
     ]
-    for constraint in constraints:
-        for ball in constraint.balls:
-            if len(ball.rows) > 1:
-                largest = max(W[t][t] for t in ball.rows)
-                own = math.ldexp(1.0, math.frexp(largest)[1] // 2) if largest > 0 else 1.0
-                for t in ball.rows:
-                    d[t] = own
+    layout = layout_of(constraints)
+    if not layout.plain:
+        for part in layout.parts:
+            largest = max(part, key=lambda t: W[t][t])
+            for t in part:
+                d[t] = d[largest]
     offset = list(map(operator.truediv, b, d))
     largest = max(map(abs, offset))
     size = 2 * power_of_two(largest) if 0 < largest < math.inf else 1.0
-    with_friction = tuple(_with_friction(c, d) for c in constraints)
+    if d.count(d[0]) < len(d):
+        constraints = tuple([_with_friction(c, d) for c in constraints])
     return (
         [[w / (e * f) for w, f in zip(row, d, strict=True)] for row, e in zip(W, d, strict=True)],
         [v / size for v in offset],
-        with_friction,
+        constraints,
         [size / e for e in d],
     )

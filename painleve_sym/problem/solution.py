@@ -260,61 +260,51 @@ _CASES = {
 }
 
 
-def _mode(law: ScaledLaw, answer: Answer, i: int) -> ContactMode:
+def _mode(lifted: bool, ways: tuple[tuple[float, ...], ...]) -> ContactMode:
     """Return what a constraint does by its first ball."""
-    constraint, forces = law.constraints[i], answer.checked.forces
-    if constraint.opens and forces[constraint.normal] == 0:
+    if lifted:
         return ContactMode.LIFTOFF
-    if not constraint.balls:
+    if not ways:
         return ContactMode.PRESSED
-    way = answer.checked.slips[i][0]
+    way = ways[0]
     if not way:
         return ContactMode.STICK
     return slip_mode(way[0]) if len(way) == 1 else ContactMode.SLIP
 
 
-def solution_of(law: ScaledLaw, answer: Answer, tangents: tuple[int, ...]) -> ContactSolution:
+def solution_of(law: ScaledLaw, answer: Answer) -> ContactSolution:
     """Return an answer in the units of the problem, with its accelerations."""
     checked = answer.checked
     forces = list(map(operator.mul, law.unit, checked.forces))
     a, terms = accelerations(*law.given, forces)
-    a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
-    modes = tuple([_mode(law, answer, i) for i in range(len(law.constraints))])
-    lift = ContactMode.LIFTOFF
-    if law.plain and len(a) == 2 * len(modes):  # n, t of each contact
-        stick = ContactMode.STICK
+    a = [0.0 if abs(a[k]) <= ROUNDING * size else a[k] for k, size in enumerate(terms)]
+    modes, normal, parted = list[ContactMode](), list[float](), list[float]()
+    tangential, sliding = list[float](), list[float]()
+    for constraint, ways in zip(law.constraints, checked.slips, strict=True):
+        row = constraint.normal
+        lifted = constraint.opens and not checked.forces[row]
+        modes.append(_mode(lifted, ways))
+        normal.append(forces[row])
         # What the mode fixes at 0 is exactly 0.
-        parted = [v if m is lift else 0.0 for v, m in zip(a[0::2], modes, strict=True)]
-        sliding = [0.0 if m is stick else v for v, m in zip(a[1::2], modes, strict=True)]
-        numbers = np.array((forces[0::2], forces[1::2], parted, sliding))
-        numbers.setflags(write=False)
-        normal, tangential, a_n, a_t = numbers
-        brakes: tuple[int, ...] = ()
-    else:
-        balls = [(i, c.normal, c.balls[0]) for i, c in enumerate(law.constraints) if c.balls]
-        brakes = tuple([i for i, normal_row, ball in balls if normal_row > ball.rows[0]])
-        parted, sliding, pulled = list[float](), list[float](), list[float]()
-        for i, constraint in enumerate(law.constraints):
-            parted.append(a[constraint.normal] if modes[i] is lift else 0.0)
-            for ball, way in zip(constraint.balls, checked.slips[i], strict=True):
-                still = modes[i] is not lift and not way
-                sliding += [0.0 if still else a[t] for t in ball.rows]
-                pulled += [forces[t] for t in ball.rows]
-        normal = np.array([forces[c.normal] for c in law.constraints])
-        tangential, a_n, a_t = np.array(pulled), np.array(parted), np.array(sliding)
-        for array in (normal, tangential, a_n, a_t):
-            array += 0.0  # no -0.0
-            array.setflags(write=False)
+        parted.append(a[row] if lifted else 0.0)
+        for ball, way in zip(constraint.balls, ways, strict=True):
+            for t in ball.rows:
+                tangential.append(forces[t])
+                sliding.append(a[t] if lifted or way else 0.0)
+    numbers = [np.array(values) for values in (normal, tangential, parted, sliding)]
+    for array in numbers:
+        array.setflags(write=False)
+    F_n, F_t, a_n, a_t = numbers
     return ContactSolution(
-        modes,
+        tuple(modes),
         checked.slips,
-        normal,
-        tangential,
+        F_n,
+        F_t,
         a_n,
         a_t,
-        tangents,
+        law.layout.tangents,
         checked.residual,
         answer.open_forces,
         answer.moves,
-        brakes,
+        law.layout.brakes,
     )

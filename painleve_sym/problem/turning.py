@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from painleve_sym.problem.complementarity.solution_sets import RANK, FloatArray
-from painleve_sym.problem.constraints import Constraint, Piece, Vector, pressed
+from painleve_sym.problem.constraints import Piece, Vector, pressed
 from painleve_sym.problem.disc_slip import BESIDE, quartic_angles, slips, wave_of
 from painleve_sym.problem.families import Family
 from painleve_sym.problem.law import ScaledLaw, Slips
@@ -90,7 +90,7 @@ class TurnedLaw(ScaledLaw):
 
 def slips_of(chosen: Sequence[Piece]) -> Slips:
     """Return the directions of slip of pieces that are complete."""
-    return tuple(tuple(e or () for e in piece.slips) for piece in chosen)
+    return tuple([piece.slips for piece in chosen])  # type: ignore[misc]
 
 
 # ---- one ----
@@ -107,7 +107,7 @@ def directions(start: Start) -> Iterator[tuple[float, Vector | None, bool]]:
     ball = constraint.balls[k]
     n, tangents = constraint.normal, list(ball.rows)
     before = sum(len(p.directions) for p in start.chosen[:i])
-    own = piece.units[0] * piece.side * family.G[:, before]
+    own = piece.side * family.G[:, before] / family.G[n, before]
     others = np.delete(family.G, before, axis=1)
     rows = [row for row in family.rows if row != n]
     W, b = family.W, family.b
@@ -205,10 +205,11 @@ class _System:
         self.normals, self.tangents = list[int](), list[list[int]]()
         for i, k in start.turning:
             ball = law.constraints[i].balls[k]
-            self.columns.append(sum(len(p.directions) for p in start.chosen[:i]))
-            # The column of F_n is its unit; friction follows in the same unit.
-            self.mu.append(ball.mu * start.chosen[i].side / start.chosen[i].units[0])
-            self.normals.append(law.constraints[i].normal)
+            column, n = sum(len(p.directions) for p in start.chosen[:i]), law.constraints[i].normal
+            self.columns.append(column)
+            # Friction follows in the unit of F_n.
+            self.mu.append(ball.mu * start.chosen[i].side * float(self.G[n, column]))
+            self.normals.append(n)
             self.tangents.append(list(ball.rows))
 
     def forces(self, x: FloatArray, angles: FloatArray) -> FloatArray:
@@ -392,8 +393,3 @@ def _special(start: Start, i: int, k: int) -> list[float]:
         if x or y:
             angles |= {round(math.atan2(y, x), 12), round(math.atan2(-y, -x), 12)}
     return sorted(angles) or [0.0]
-
-
-def is_turning(constraint: Constraint) -> bool:
-    """Return whether a disc of the constraint is at rest, where friction acts."""
-    return any(ball.turns for ball in constraint.balls)
