@@ -47,8 +47,12 @@ class Copy:
 
     def run(self, *words):
         """Run a command of the copy."""
+        return self.python("-m", "painleve_sym", *words)
+
+    def python(self, *words):
+        """Run Python with the copy as package."""
         return subprocess.run(
-            [sys.executable, "-m", "painleve_sym", *words],
+            [sys.executable, *words],
             cwd=self.folder.parent,
             env=os.environ | {"PYTHONPATH": str(self.folder.parent)},
             capture_output=True,
@@ -169,3 +173,74 @@ def test_law_and_mechanism_are_their_functions_and_a_name_each(copy):
     motion = json.loads(done.stdout)
     assert motion["events"][-1]["compression"] == pytest.approx((2 * 3 * 2**2 / 5e6) ** 0.25)
     assert motion["engine"] == "taylor"
+
+
+RESTITUTION = '''def returned_energy() -> RestitutionLaw:
+    """Return the law E_r = −η E_c."""
+    return RestitutionLaw(
+        name="returned_energy",
+        title="part of the energy that is returned",
+        source="a test",
+        parameter=Parameter("eta", 0.5, "1", "part of the energy", 0.0, 1.0),
+        measure=Measure.WORK,
+        power=1,
+        note="energetic",
+    )
+
+
+RESTITUTIONS = '''
+
+
+@pytest.fixture
+def with_restitution_law(copy):
+    """Return a copy with a law of restitution."""
+    laws = "newton(), poisson(), energetic()"
+    copy.replace("laws/restitution.py", "RESTITUTIONS = ", RESTITUTION)
+    copy.replace("laws/restitution.py", f"({laws})", f"({laws}, returned_energy())")
+    own = 'ENERGETIC = "energetic"\n    RETURNED_ENERGY = "returned_energy"'
+    copy.replace("choices.py", 'ENERGETIC = "energetic"', own)
+    return copy
+
+
+IMPACTS = """
+import numpy as np, painleve_sym as ps
+from painleve_sym.engines.impacts import solve_simultaneous_impact
+law = "returned_energy", 0.64
+print(ps.solve_impact([[2, 0], [0, 1]], 0.3, (-1, 0.2), *law).velocity[0])
+print(ps.solve_impact(np.diag([2, 1, 3]), 0.3, (-1, 0.2, 0.7), *law).velocity[0])
+for n in (1, 2):
+    mu, v = [0.3] * n, [-1, 0.2] * n
+    print(solve_simultaneous_impact(np.eye(2 * n), mu, v, *law).velocities[0])
+"""
+
+
+def test_restitution_law_is_its_function_and_a_name(with_restitution_law):
+    """Half of W_nn P_n² is returned but for η, so that v_n⁺ = −√η v_n⁻ in central impacts."""
+    copy = with_restitution_law
+    done = copy.python("-c", IMPACTS)
+    assert [float(v) for v in done.stdout.split()] == pytest.approx([0.8] * 4), done.stderr
+    assert "part of the energy that is returned" in copy.run("laws").stdout
+    given = "jump", "rod", "--state", "theta=1,x_A_dot=-1,y_A_dot=-1", "--json"
+    own = json.loads(copy.run(*given, "--rule", "returned_energy", "--restitution", "0.64").stdout)
+    same = json.loads(copy.run(*given, "--rule", "energetic", "--restitution", "0.8").stdout)
+    assert own["phases"][-1]["velocity"] == pytest.approx(same["phases"][-1]["velocity"])
+
+
+BOUNCES = """
+import painleve_sym as ps
+law = ps.RigidLaw("returned_energy", e=0.64)
+level = {"beta": 0, "mu_A": 0, "mu_B": 0}
+for name, theta, given in (("rod", "90 deg", {}), ("block-two-feet", 0, level)):
+    state = {"y_A": 0.1, "theta": theta}
+    run = ps.Simulator(name, law).run(state, parameters=given, t_end=0.2)
+    print(run.final_state[run.state_names.index("y_A_dot")])
+"""
+
+
+@pytest.mark.slow
+def test_restitution_law_is_that_of_runs(with_restitution_law):
+    """A mass falls from 0.1 m and rises with √η times its speed."""
+    done = with_restitution_law.python("-c", BOUNCES)
+    down = (2 * 0.1 / 9.8) ** 0.5
+    rises = 0.8 * 9.8 * down - 9.8 * (0.2 - down)
+    assert [float(v) for v in done.stdout.split()] == pytest.approx([rises] * 2), done.stderr

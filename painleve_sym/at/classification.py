@@ -116,7 +116,7 @@ class Classification(Shown, Compared):
         """
         if not (self.single and self.problem.in_plane) or self.problem.slip_direction:
             return ()
-        laws = [make() for make in RESTITUTIONS.values()]
+        laws = RESTITUTIONS.values()
         chatters = [chatter(self.problem, law.name, law.parameter.default) for law in laws]
         return tuple(c for c in chatters if c is not None)
 

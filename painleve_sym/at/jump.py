@@ -20,14 +20,13 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import plain_fields
-from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
+from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.notebooks import Shown
 from painleve_sym.problem.impact.energy_gain import gain_notice
 from painleve_sym.problem.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.problem.modes import sign_of
 from painleve_sym.problem.rounding import MOVED
 from painleve_sym.units import Value
 
@@ -262,23 +261,11 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
             f"Fix: simulate the flight up to the next contact."
         )
-    impact = _solved(law, values, at, velocity)
+    e = values[law.parameter.name]
+    impact = solve_impact((at.W + 0.0).tolist(), at.mu.item(), velocity, law, e)
     if impact.case is ImpactClass.NO_IMPACT:
         raise InputError(f"{where}: {_no_impact(at, v_t)}")
-    if law.name in RESTITUTIONS:
-        phases, energy = _of_impact(mechanism, values, moves, impact), impact.energy_change
-    elif len(v_t) > 1:
-        raise InputError(
-            f"{where}: got restitution law {law.name!r} in space, need one of "
-            f"{sorted(RESTITUTIONS)}: other closed forms are planar. Fix: give one of these."
-        )
-    elif any(v_t) and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
-        phases, energy = _of_law(mechanism, law, values, (v_n, v_t[0]))
-    else:
-        raise InputError(
-            f"{where}: got restitution law {law.name!r} in an impact of class "
-            f"{impact.case.value!r}, need one of {sorted(RESTITUTIONS)}. Fix: give one of these."
-        )
+    phases, energy = _of_impact(mechanism, values, moves, impact), impact.energy_change
     before = {name: values[name] for name in mechanism.outline.velocity_names}
     contact = mechanism.outline.contacts[0].name
     own = (impact.case, impact.end, before, moves.kinetic_energy.item(), contact)
@@ -295,15 +282,6 @@ def contact_velocity_at(
         terms = sum(abs(entry * speed) for entry, speed in zip(row, speeds, strict=True))
         velocity.append(value if abs(value) > MOVED * terms else 0.0)
     return velocity
-
-
-def _solved(
-    law: RestitutionLaw, values: Values, at: ContactNumbers, velocity: Sequence[float]
-) -> Impact:
-    # Whether the slip stops in compression does not depend on the law: any known one tells.
-    known = law.name in RESTITUTIONS
-    name, e = (law.name, values[law.parameter.name]) if known else ("newton", 0.0)
-    return solve_impact((at.W + 0.0).tolist(), at.mu.item(), velocity, name, e)
 
 
 def _no_impact(at: ContactNumbers, v_t: Sequence[float]) -> str:
@@ -348,31 +326,3 @@ def _of_impact(
         given = phase.name, phase.normal_impulse, phase.tangential_impulse, stored, named
         phases.append(JumpPhase(*given, tuple(v_t), v_n, phase.direction))
     return tuple(phases)
-
-
-def _of_law(
-    mechanism: Mechanism, law: RestitutionLaw, values: Values, velocity: tuple[float, float]
-) -> tuple[tuple[JumpPhase, ...], float]:
-    """Return the phases and the energy of a law of one's own, from its closed forms."""
-    from painleve_sym.codegen.evaluate import numbers
-    from painleve_sym.laws.impact_cases import three_phase_jump
-    from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, raw
-
-    v_n, v_t = velocity
-    s = sign_of(v_t)
-    jump = three_phase_jump(mechanism.coefficients, law, s, write=raw)
-    given = {**values, V_N.name: v_n, V_T.name: v_t}
-
-    def evaluated(expressions: Sequence[Any]) -> list[float]:
-        return [float(number) + 0.0 for number in numbers(expressions, given)]
-
-    phases = list[JumpPhase]()
-    for phase in jump.phases:
-        impulses = (phase.normal_impulse, phase.tangential_impulse, phase.stored_energy)
-        ends = (phase.slip_velocity, phase.normal_velocity)
-        P_n, P_t, stored, slip, normal = evaluated((*impulses, *ends))
-        names = map(str, phase.velocity)
-        after = dict(zip(names, evaluated(tuple(phase.velocity.values())), strict=True))
-        sides = (0.0 if phases else float(s),)  # it slips in the first phase, and sticks then
-        phases.append(JumpPhase(phase.name, P_n, (P_t,), stored, after, (slip,), normal, sides))
-    return tuple(phases), evaluated((jump.energy_change,))[0]

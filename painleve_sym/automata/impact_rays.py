@@ -11,10 +11,10 @@ from painleve_sym.automata.automaton import Choice, Mode, Transition, greatest, 
 from painleve_sym.automata.contact_states import CONTACT_WORK, FORCE_WORK, FRICTION_WORK, OneContact
 from painleve_sym.automata.model import CONTACTS, SLIPS
 from painleve_sym.errors import EventKind
-from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.laws.restitution import Measure, RestitutionLaw
 
 BUDGET = sp.Symbol("impact_budget", real=True)
-"""Compression: work or impulse so far. Restitution: the remaining part (energetic, Poisson)."""
+"""Compression: work or impulse so far. Restitution: the remaining part, or the final v_n."""
 APPROACH = sp.Symbol("approach_velocity", real=True)
 """v_n at the start of the impact; m/s."""
 NORMAL_IMPULSE = sp.Symbol("normal_impulse", real=True)
@@ -45,7 +45,7 @@ class ImpactRays:
     """
 
     states: OneContact
-    restitution: str
+    law: RestitutionLaw
 
     @staticmethod
     def first(contact: str) -> str:
@@ -98,10 +98,13 @@ class ImpactRays:
         reset |= {CONTACT_WORK: CONTACT_WORK - work, FRICTION_WORK: FRICTION_WORK - friction}
         if FORCE_WORK in st.dissipations:
             reset[FORCE_WORK] = FORCE_WORK - st.drive_work((impulse, ray.ratio * impulse))
-        spent = {"energetic": work, "poisson": -impulse if phase == "compression" else impulse}
-        amount = spent.get(self.restitution, sp.Integer(0))
+        spent = {
+            Measure.VELOCITY: sp.Integer(0),
+            Measure.IMPULSE: -impulse if phase == "compression" else impulse,
+            Measure.WORK: work,
+        }
         reset |= {
-            BUDGET: BUDGET - amount,
+            BUDGET: BUDGET - spent[self.law.measure],
             NORMAL_IMPULSE: NORMAL_IMPULSE + impulse,
             TANGENTIAL_IMPULSE: TANGENTIAL_IMPULSE + ray.ratio * impulse,
         }
@@ -112,9 +115,9 @@ class ImpactRays:
         v_n = self.states.gap_rate
         if phase == "compression":
             return -v_n / ray.a_n
-        if self.restitution == "poisson":
+        if self.law.measure is Measure.IMPULSE:
             return BUDGET
-        if self.restitution == "newton":
+        if self.law.measure is Measure.VELOCITY:
             return greatest(sp.Integer(0), (BUDGET - v_n) / ray.a_n)
         # Rounding may leave a budget just below zero: then nothing is left to give back.
         speed = sp.sqrt(v_n**2 + 2 * ray.a_n * sp.Max(BUDGET, 0))
@@ -151,12 +154,10 @@ class ImpactRays:
                 transitions.append(self.states.jam(self._rising(ray)))
         reset = self._after(ray, self._end_impulse(ray, phase), phase)
         if phase == "compression":
-            e = restitution_law(self.restitution).parameter.symbol
-            left = {"energetic": e**2, "poisson": e}
+            share = self.law.share(self.law.parameter.symbol)
+            kinematic = self.law.measure is Measure.VELOCITY
             reset[self.states.gap_rate] = sp.Integer(0)
-            reset[BUDGET] = reset[BUDGET] * left.get(self.restitution, 1)
-            if self.restitution == "newton":
-                reset[BUDGET] = -e * APPROACH
+            reset[BUDGET] = -share * APPROACH if kinematic else share * reset[BUDGET]
             target, kind = f"impact/{ray.contact}/restitution", EventKind.IMPACT_MAX_COMPRESSION
         else:
             target, kind = decision, EventKind.IMPACT_END

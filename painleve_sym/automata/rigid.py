@@ -40,6 +40,7 @@ from painleve_sym.automata.interfaces import (
 )
 from painleve_sym.automata.model import CONTACT, CONTACTS, FLIGHT, SLIPS
 from painleve_sym.errors import EventKind
+from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 
@@ -163,7 +164,7 @@ class RigidContact(OneContact):
     @cached_property
     def rays(self) -> ImpactRays:
         """Modes of an impact."""
-        return ImpactRays(self, self.model.rigid_law.restitution)
+        return ImpactRays(self, restitution_law(self.model.rigid_law.restitution))
 
     @cached_property
     def singular_points(self) -> dict[int, SingularPoint]:

@@ -135,7 +135,7 @@ def laws(arguments: argparse.Namespace) -> int:
         print_json(laws_data())
         return 0
     _show_list("contact laws (--law NAME)", {name: one_law(name).title for name in LAWS})
-    rules = {name: make().title for name, make in RESTITUTIONS.items()}
+    rules = {name: law.title for name, law in RESTITUTIONS.items()}
     _show_list("restitution rules (jump --rule NAME, --law rigid)", rules)
     show("`painleve laws NAME` shows one: parameters, choices, source")
     return 0
@@ -150,7 +150,7 @@ def _one_law_or_rule(name: str, as_json: bool) -> int:
         data = laws_data()
         print_json({key: [one for one in data[key] if one["name"] == name] for key in data})
     elif name in RESTITUTIONS:
-        _show_rule(RESTITUTIONS[name]())
+        _show_rule(RESTITUTIONS[name])
     else:
         _show_law(one_law(name))
     return 0
@@ -251,7 +251,7 @@ def laws_data() -> dict[str, Any]:
         entry_key("laws", by=(*FORMULAS, "cli")),
         lambda: {
             "laws": [law_data(one_law(name)) for name in LAWS],
-            "restitution_rules": [rule_data(make()) for make in RESTITUTIONS.values()],
+            "restitution_rules": [rule_data(law) for law in RESTITUTIONS.values()],
         },
     )
     # The cache does not know when the literature changes.

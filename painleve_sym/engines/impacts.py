@@ -27,6 +27,7 @@ from painleve_sym.engines.simultaneous import (
     Straight,
 )
 from painleve_sym.errors import InputError
+from painleve_sym.laws.restitution import Measure, RestitutionLaw
 from painleve_sym.problem.array_checks import finite_array
 from painleve_sym.problem.complementarity.solution_sets import BoolArray
 from painleve_sym.problem.impact.inputs import impact_inputs
@@ -36,7 +37,7 @@ COURSE, STEP, STRUCK, CLOSED = range(4)
 """What a listener hears, as the enumeration in ``loop/impulse.c``."""
 STRAIGHT, _AT_ONCE, WEIGHS = range(3)
 ENDS = ("border", "energy", "slip", "spent")
-LAWS = ("energetic", "poisson", "newton")
+MEASURES = tuple(Measure)
 
 _LIBRARY = """
 #include <math.h>
@@ -47,9 +48,10 @@ _LIBRARY = """
 {}
 __attribute__((visibility("default"))) int ps_impact(
     const double *W, const double *mu, const double *v, const int *held, const double *pressing,
-    int law, double e, double *velocity, double *impulse, double *work, ps_listener listener) {{
-  return follow_impact(PS_RIGID, W, mu, v, held, pressing, law, e, velocity, impulse, work,
-                       listener);
+    int measure, int power, double e, double *velocity, double *impulse, double *work,
+    ps_listener listener) {{
+  return follow_impact(PS_RIGID, W, mu, v, held, pressing, measure, power, e, velocity, impulse,
+                       work, listener);
 }}
 """
 
@@ -91,7 +93,7 @@ class PathReader:
         elif kind == STEP:
             self._steps.append(read(self._step, address))
 
-    def path(self, held: BoolArray, restitution: str, e: float) -> PathRecord:
+    def path(self, held: BoolArray, law: RestitutionLaw, e: float) -> PathRecord:
         """Return the last path."""
         begun = self._begun
         n = int(begun["n"])
@@ -102,7 +104,7 @@ class PathReader:
             velocity=begun["v"][:size],
             border=begun["border"][:n],
             held=held,
-            restitution=restitution,
+            law=law,
             e=e,
             mass=int(begun["mass"]),
             speed=int(begun["speed"]),
@@ -142,7 +144,8 @@ def _impact(contacts: int) -> Callable[..., int]:
     parts = engine_texts("loop/rows", "loop/linear", "loop/problem", "loop/impulse")
     impact: Any = compiled(_LIBRARY.format(contacts, "\n".join(parts))).ps_impact
     address = ctypes.c_void_p
-    impact.argtypes = (*[address] * 5, ctypes.c_int, ctypes.c_double, *[address] * 4)
+    numbers = ctypes.c_int, ctypes.c_int, ctypes.c_double
+    impact.argtypes = (*[address] * 5, *numbers, *[address] * 4)
     return impact  # type: ignore[no-any-return]
 
 
@@ -150,7 +153,7 @@ def solve_simultaneous_impact(
     W: Array,
     mu: Array,
     velocity: Array,
-    restitution: str = "energetic",
+    restitution: RestitutionLaw | str = "energetic",
     e: float = 0.75,
     *,
     load: Array | None = None,
@@ -167,7 +170,7 @@ def solve_simultaneous_impact(
     velocity : ndarray, shape (2 n,)
         v_n, v_t of each contact, v_n ≤ 0, and 0 of a bilateral one; exactly 0 means at rest. With
         all v_n = 0 the impact without collision is meant; m/s.
-    restitution : {"energetic", "poisson", "newton"}
+    restitution : RestitutionLaw, or its name, one of {"energetic", "poisson", "newton"}
         The first two never add energy over ground at rest, Newton's can; `notice` says so.
     e : float
         Coefficient of restitution of all contacts, in [0, 1].
@@ -194,6 +197,7 @@ def solve_simultaneous_impact(
     where = "solve simultaneous impact"
     given = impact_inputs(W, mu, velocity, restitution, e, where=where, bilateral=held.tolist())
     W, mu, v = (np.array(a) for a in given[:3])
+    law = given.law
     at = ContactRows(len(mu))
     pressing = np.zeros(len(mu)) if load is None else _load(load, at, where)
     results, sides = np.zeros((3, at.size)), np.ascontiguousarray(held, dtype=np.intc)
@@ -201,12 +205,13 @@ def solve_simultaneous_impact(
     with listening(reader, at.size) as heard:
         ended = _impact(len(mu))(
             *(a.ctypes.data for a in (W, mu, v, sides, pressing)),
-            LAWS.index(restitution),
+            MEASURES.index(law.measure),
+            law.power,
             e,
             *(row.ctypes.data for row in results),
             heard,
         )
-    path, velocities = reader.path(held, restitution, e), results[0]
+    path, velocities = reader.path(held, law, e), results[0]
     parted = bool(np.any(velocities[at.normals] > 0))
     end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
     return SimultaneousImpact(

@@ -51,6 +51,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.equality import Compared
+from painleve_sym.laws.restitution import RestitutionLaw
 from painleve_sym.problem.complementarity.solution_sets import BoolArray
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.energy_gain import least_energy_notice
@@ -152,7 +153,7 @@ class PathRecord(NamedTuple):
     velocity: Array
     border: Array
     held: BoolArray
-    restitution: str
+    law: RestitutionLaw
     e: float
     mass: int
     speed: int
@@ -231,4 +232,4 @@ class SimultaneousImpact(Compared):
         Its percentage is that of the least kinetic energy with these contact velocities.
         """
         W, before = np.ldexp(self.path.W, self.path.mass), self.velocities_before
-        return least_energy_notice(self.energy_change, W, before, self.path.restitution)
+        return least_energy_notice(self.energy_change, W, before, self.path.law.name)

@@ -18,6 +18,7 @@ from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import DENSE_STAGES, dop853
 from painleve_sym.errors import EventKind
+from painleve_sym.laws.restitution import restitution_law
 
 BEFORE_STEPPER = (
     *("loop/rows", "loop/state", "loop/watch", "loop/choose", "loop/linear"),
@@ -253,14 +254,15 @@ def _impacts(functions: AutomatonFunctions) -> list[str]:
     automaton, given = functions.automaton, functions.automaton.impacts
     if given is None or functions.impacts is None:
         return []
-    at = automaton.states.index
+    at, law = automaton.states.index, restitution_law(given.restitution)
     touchdown = EventKind.TOUCHDOWN
     sizes = {
         "IMPACTS": "impacts",
         "CONTACTS": len(given.contacts),
         "RIGID": len(given.rigid),
         "SPEEDS": len(given.velocities),
-        "IMPACT_LAW": f"PS_{given.restitution.upper()}",
+        "IMPACT_MEASURE": f"PS_BY_{law.measure.upper()}",
+        "IMPACT_POWER": law.power,
         "IMPACT_TARGET": functions.mode_index[given.target],
         "IMPACT_KIND": automaton.kinds.index(given.kinds[0]),
         "SETTLE_KIND": automaton.kinds.index(given.kinds[1]),

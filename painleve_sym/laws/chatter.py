@@ -9,7 +9,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError
 from painleve_sym.laws.impact_cases import ImpactCase
-from painleve_sym.laws.restitution import RestitutionLaw, energetic
+from painleve_sym.laws.restitution import Measure, RestitutionLaw, energetic
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.general_contact import A_STICK, KAPPA, MU, W_TT, general_contact
 from painleve_sym.mechanics.impact.classes import impact_course
@@ -87,21 +87,22 @@ class ChatterRatio:
 
         Reverse chatter needs a value below 1; slip throughout has ρ = e and the threshold 1.
         """
-        e = self.law.parameter.symbol
-        if self.ratio.is_polynomial(e):
+        e, power = self.law.parameter.symbol, self.law.power
+        if self.ratio.is_polynomial(e) and sp.degree(self.ratio, e) == 1:
             return readable((1 - self.ratio.subs(e, 0)) / sp.diff(self.ratio, e))
-        # With the energetic law ρ² is affine in e².
-        square, x = sp.expand(self.ratio**2), sp.Dummy("x", positive=True)
-        square = square.subs(e, sp.sqrt(x))
-        rest, slope = square.subs(x, 0), sp.diff(square, x)
-        return sp.sqrt(readable(sp.cancel(sp.together((1 - rest) / slope))))
+        # Of a law that measures work ρ² is affine in the share eᵖ, else ρ is.
+        works, share = self.law.measure is Measure.WORK, sp.Dummy("share", positive=True)
+        affine = sp.expand(self.ratio**2) if works else self.ratio
+        affine = affine.subs(e, sp.root(share, power))
+        rest, slope = affine.subs(share, 0), sp.diff(affine, share)
+        return sp.root(readable(sp.cancel(sp.together((1 - rest) / slope))), power)
 
     @cached_property
     def friction_threshold(self) -> sp.Expr | None:
         """μ with ρ = 1; None where ρ does not depend on μ, or not as a quotient of linear terms."""
         mu = MU
         top = sp.numer(sp.cancel(sp.together(sp.expand(self.ratio**2 - 1))))
-        if self.law.name == "poisson":
+        if self.law.measure is Measure.IMPULSE:
             top = sp.numer(sp.cancel(sp.together(self.ratio - 1)))
         if sp.degree(top, mu) != 1:
             return None

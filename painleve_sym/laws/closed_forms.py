@@ -97,8 +97,7 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
         phases=(_impulse("sticking_compression", "", compression),),
     )
     rebounds = []
-    for make in RESTITUTIONS.values():
-        rule = make()
+    for rule in RESTITUTIONS.values():
         rebounds.append(
             Formula(
                 f"rebound_{rule.name}",

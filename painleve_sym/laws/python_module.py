@@ -11,7 +11,7 @@ import sympy as sp
 from painleve_sym.errors import InputError
 from painleve_sym.escape import python_text
 from painleve_sym.laws.closed_forms import closed_forms, impulse_units
-from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.laws.restitution_equation import E_C, P_C, V_N_MINUS
 from painleve_sym.mechanics.coefficients import F_N
 from painleve_sym.mechanics.formulas.formula import (
@@ -66,8 +66,8 @@ def _meanings(mechanism: Mechanism) -> dict[sp.Symbol, str]:
     meanings |= dict.fromkeys(system.clock, "time; s")
     meanings |= _CONTACT
     meanings |= {p.symbol: f"{p.meaning}; {p.unit}" for p in system.parameters}
-    for name in ("newton", "poisson", "energetic"):
-        parameter = restitution_law(name).parameter
+    for law in RESTITUTIONS.values():
+        parameter = law.parameter
         meanings[parameter.symbol] = parameter.meaning
     return meanings
 

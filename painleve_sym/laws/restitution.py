@@ -1,25 +1,39 @@
-"""Restitution laws: what they are called, and the coefficient of each."""
+"""Restitution laws: what each measures, and its coefficient."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import enum
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from functools import cached_property, reduce
+from operator import mul
+from typing import TYPE_CHECKING, TypeVar
 
 from painleve_sym.errors import refuse_unknown
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.deferred import Deferred
 
 if TYPE_CHECKING:
     from sympy import Eq, Expr
 
+_Number = TypeVar("_Number", float, "Expr")
+
+
+class Measure(enum.StrEnum):
+    """The quantity of compression of which restitution returns a share eᵖ, p the power of a law."""
+
+    VELOCITY = "velocity"
+    """v_n⁺ = −eᵖ v_n⁻: a kinematic coefficient."""
+    IMPULSE = "impulse"
+    """P_r = eᵖ P_c: a kinetic coefficient."""
+    WORK = "work"
+    """E_r = −eᵖ E_c: an energetic coefficient."""
+
 
 @dataclass(frozen=True)
-class RestitutionLaw(Deferred):
+class RestitutionLaw:
     """A restitution law: one equation between compression and restitution.
 
-    The three laws of this module agree at restitution 0, where the whole impact follows one ray
+    The laws differ by their `measure` and by the `power` of the coefficient in the share of it that
+    comes back. Those of this module agree at restitution 0, where the whole impact follows one ray
     (slip throughout, or a start at v_t = 0), and where W_nt = 0 (a central impact: dv_n/dP_n is
     W_nn on every ray). Otherwise they differ; for an impact without collision v_n⁻ = 0, and
     Newton's law gives no rebound at all.
@@ -29,17 +43,32 @@ class RestitutionLaw(Deferred):
     contact: how several contacts share an impact is a rule of this package, with which the same
     holds; see `solve_simultaneous_impact`.
 
-    The parameter is the coefficient of restitution, in [0, 1]. The equation is in it, `V_N_MINUS`,
-    `V_N_PLUS`, `P_C`, `P_R`, `E_C` and `E_R`. The note says what the law assumes and where it
-    fails.
+    The parameter is the coefficient of restitution e, in [0, 1]. The note says what the law assumes
+    and where it fails.
     """
 
     name: str
     title: str
     source: str
     parameter: Parameter
-    equation: Eq
+    measure: Measure
+    power: int
     note: str
+
+    def share(self, e: _Number) -> _Number:
+        """Return the share eᵖ of the measure that comes back; 1."""
+        return reduce(mul, [e] * self.power)
+
+    def share_slope(self, e: float) -> float:
+        """Return the derivative of the share by the coefficient, p eᵖ⁻¹; 1."""
+        return reduce(mul, [e] * (self.power - 1), float(self.power))
+
+    @cached_property
+    def equation(self) -> Eq:
+        """The law in e, `V_N_MINUS`, `V_N_PLUS`, `P_C`, `P_R`, `E_C` and `E_R`."""
+        from painleve_sym.laws.restitution_equation import equation_of
+
+        return equation_of(self.measure, self.share(self.parameter.symbol))
 
     @cached_property
     def separation_velocity(self) -> Expr:
@@ -76,11 +105,13 @@ def newton() -> RestitutionLaw:
     Kane & Levinson (1985) on the energy it adds.
     """
     e = Parameter("e_newton", 0.75, "1", "Newton's coefficient of restitution", 0.0, 1.0)
-    return _named(
+    return RestitutionLaw(
         name="newton",
         title="Newton's kinematic coefficient of restitution",
         source="Newton (1687); Brogliato (2016), ch. 4",
         parameter=e,
+        measure=Measure.VELOCITY,
+        power=1,
         note="kinematic; can add energy where the slip stops or reverses during the impact",
     )
 
@@ -98,11 +129,13 @@ def poisson() -> RestitutionLaw:
     Wang & Mason (1992); Ivanov (1992) and Batlle (1993) on its energy.
     """
     e = Parameter("e_poisson", 0.75, "1", "Poisson's coefficient of restitution", 0.0, 1.0)
-    return _named(
+    return RestitutionLaw(
         name="poisson",
         title="Poisson's kinetic coefficient of restitution",
         source="Poisson (1833); Routh (1905)",
         parameter=e,
+        measure=Measure.IMPULSE,
+        power=1,
         note="kinetic; the compression can release more energy than it stored where the slip stops",
     )
 
@@ -119,35 +152,22 @@ def energetic() -> RestitutionLaw:
     Stronge (1990); Impact model resolution on Painlevé's paradox, (9) and (21).
     """
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
-    return _named(
+    return RestitutionLaw(
         name="energetic",
         title="Stronge's energetic coefficient of restitution",
         source="Stronge (1990)",
         parameter=e,
+        measure=Measure.WORK,
+        power=2,
         note="energetic; releases the part e² of the stored energy whatever the slip does",
     )
 
 
-def _named(**known: Any) -> RestitutionLaw:
-    """Return a named law, whose equation is written when it is asked for."""
-
-    def make() -> RestitutionLaw:
-        from painleve_sym.laws.restitution_equation import EQUATIONS
-
-        equation = EQUATIONS[known["name"]](known["parameter"].symbol)
-        return RestitutionLaw(**known, equation=equation)
-
-    return RestitutionLaw.deferred(make, **known)
-
-
-RESTITUTIONS: dict[str, Callable[[], RestitutionLaw]] = {
-    "newton": newton,
-    "poisson": poisson,
-    "energetic": energetic,
-}
+RESTITUTIONS = {law.name: law for law in (newton(), poisson(), energetic())}
+"""The restitution laws by name."""
 
 
 def restitution_law(name: str) -> RestitutionLaw:
     """Return the named restitution law; InputError suggests the nearest name."""
     refuse_unknown("restitution law", name, RESTITUTIONS)
-    return RESTITUTIONS[name]()
+    return RESTITUTIONS[name]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 
 import sympy as sp
@@ -29,12 +29,14 @@ E_R1 = sp.Symbol("E_r1", nonpositive=True)
 """Energy stored by restitution before its last ray, negative; J."""
 
 
-EQUATIONS: Mapping[str, Callable[[sp.Symbol], sp.Eq]] = {
-    "newton": lambda e: sp.Eq(V_N_PLUS, -e * V_N_MINUS, evaluate=False),
-    "poisson": lambda e: sp.Eq(P_R, e * P_C, evaluate=False),
-    "energetic": lambda e: sp.Eq(E_R, -(e**2) * E_C, evaluate=False),
-}
-"""The equation that ends restitution, by law, of its coefficient."""
+def equation_of(measure: str, share: sp.Expr) -> sp.Eq:
+    """Return the equation that ends restitution when a share of the `Measure` has come back."""
+    sides = {
+        "velocity": (V_N_PLUS, -share * V_N_MINUS),
+        "impulse": (P_R, share * P_C),
+        "work": (E_R, -share * E_C),
+    }
+    return sp.Eq(*sides[measure], evaluate=False)
 
 
 @cache

@@ -84,7 +84,7 @@ class CaseSettings:
         "jump", "E: coefficient in [0, 1], by default 0.75", lower=0.0, upper=1.0
     )
     rule: RestitutionLike = _of(  # noqa: RUF009 - a field
-        "jump", "RULE: energetic (default), poisson or newton", Restitution.ENERGETIC
+        "jump", f"RULE: {', '.join(Restitution)}; energetic by default", Restitution.ENERGETIC
     )
     robot: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""

@@ -13,11 +13,13 @@ import time
 from collections.abc import Callable
 
 from painleve_sym.arrays import Array
+from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.problem.impact.one_contact import solve_impact
-from painleve_sym.problem.impact.spatial import LAWS, impacts_in_space
+from painleve_sym.problem.impact.spatial import MEASURES, impacts_in_space
 from tests.problem.impact.test_impact_in_space import random_impacts
 from tests.support.spatial_impact import SpatialPath
 
+LAWS = {MEASURES.index(law.measure): law.name for law in RESTITUTIONS.values()}
 LIMIT = 20e-6
 """Wanted of an impact in the compiled code, s."""
 

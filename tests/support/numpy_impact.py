@@ -23,6 +23,7 @@ from painleve_sym.engines.simultaneous import (
     SimultaneousImpact,
     Straight,
 )
+from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.problem.complementarity.solution_sets import BoolArray
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.one_contact import ImpactEnd
@@ -88,7 +89,7 @@ def path_in_numpy(
         end = ImpactEnd.JAM
     steps = tuple(path.steps)
     own = path.W, mu, path.start, path.border, held
-    record = PathRecord(*own, restitution, e, mass, speed, steps)
+    record = PathRecord(*own, restitution_law(restitution), e, mass, speed, steps)
     return SimultaneousImpact(end, v, np.ldexp(path.v, speed), pieces, record)
 
 

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from painleve_sym.arrays import Array
+from painleve_sym.laws.restitution import Measure
 from painleve_sym.problem.impact.path import COINCIDENT, impulse_to_end
 from painleve_sym.problem.impact.spatial import (
     ENDED,
     JAM,
-    LAWS,
+    MEASURES,
     NO_IMPACT,
     ORDER,
     PHASES,
@@ -90,10 +91,10 @@ class SpatialPath:
     """The path of an impact in space as it is followed; given is a row of `impacts_in_space`."""
 
     def __init__(self, given: Sequence[float]) -> None:
-        Wnn, w1, w2, W11, W12, W22, mu, v_n, v_1, v_2, law, e = map(float, given)
+        Wnn, w1, w2, W11, W12, W22, mu, v_n, v_1, v_2, measure, share = map(float, given)
         self.Wnn, self.w, self.Wtt, self.mu = Wnn, (w1, w2), (W11, W12, W22), mu
         self.size = math.hypot(w1, w2) + mu * (W11 + W22)
-        self.law, self.e, self.target = LAWS[int(law)], e, -e * v_n
+        self.measure, self.share, self.target = MEASURES[int(measure)], share, -share * v_n
         v = math.hypot(v_1, v_2)
         self.state = np.zeros(9)
         self.state[:4] = (v_1 / v if v else 0.0, v_2 / v if v else 0.0, v, v_n)
@@ -268,9 +269,9 @@ class SpatialPath:
             return A, -self.mu * across * h
         if event == _TURN:
             return (across if abs(across) > 1e-14 * math.hypot(*self.w) else 0.0), -along * h
-        if event == _LAW and self.law == "poisson":
+        if event == _LAW and self.measure is Measure.IMPULSE:
             return state[_P] - self.left, v
-        if event == _LAW and self.law == "energetic":
+        if event == _LAW and self.measure is Measure.WORK:
             return state[_E] - self.left, v * n
         return (n - self.target if event == _LAW else n), v * A
 
@@ -289,11 +290,12 @@ class SpatialPath:
 
     def _tell(self, ray: int, c: float, s: float) -> None:
         at = self.state
-        spent = at[_P] if self.law == "poisson" else at[_E]
+        kinetic = self.measure is Measure.IMPULSE
+        spent = at[_P] if kinetic else at[_E]
         if self.restitution:
             self.left -= spent
-        elif self.law != "newton":
-            self.left += self.e * spent if self.law == "poisson" else -self.e * self.e * spent
+        elif self.measure is not Measure.VELOCITY:
+            self.left += self.share * (spent if kinetic else -spent)
         velocity = (at[_N], at[_V] * at[_C], at[_V] * at[_S])
         self.phases.append(
             [2 * ray + self.restitution, *at[_P:_E], *velocity, at[_E], at[_T], c, s]
@@ -302,12 +304,13 @@ class SpatialPath:
 
     def _impulse_to_end(self, A: float) -> tuple[float, float]:
         """Return the impulse along a ray to the end of the part, inf for never, and v_n there."""
-        law, due = (self.law, self.target) if self.restitution else ("newton", 0.0)
-        n, spent = self.state[_N], self.state[_P if law == "poisson" else _E]
+        part = (self.measure, self.target) if self.restitution else (Measure.VELOCITY, 0.0)
+        measure, due = part
+        n, spent = self.state[_N], self.state[_P if measure is Measure.IMPULSE else _E]
         rests = A == 0.0 or (A < 0.0 and self.restitution)
-        if law == "newton" and rests and self.phases and due <= n:
+        if measure is Measure.VELOCITY and rests and self.phases and due <= n:
             return 0.0, n
-        return impulse_to_end(law, n, A, due, max(0.0, self.left - spent))
+        return impulse_to_end(measure, n, A, due, max(0.0, self.left - spent))
 
     def _ray(self, kind: int, ratio: tuple[float, float], A: float, k: float) -> int:
         """Follow a straight ray to the end of the impact, or to where its slip stops."""
@@ -347,12 +350,12 @@ class SpatialPath:
     def _never_ends(self) -> bool:
         """Whether v_n, tied to the slip of a driven surface, never gets beyond its end."""
         (w1, _), (W11, _, W22) = self.w, self.Wtt
-        newton = self.law == "newton"
+        kinematic = self.measure is Measure.VELOCITY
         if (
             not self.singular
             or W22
             or abs(w1) >= self.mu * W11
-            or (self.restitution and not newton)
+            or (self.restitution and not kinematic)
         ):
             return False
         cosine, across = w1 / (self.mu * W11), abs(self.state[_V] * self.state[_S])
@@ -415,10 +418,11 @@ class SpatialPath:
 
     def _nearly_done(self) -> bool:
         """Whether restitution ends here but for rounding."""
-        at, law = self.state, self.law
-        if law == "newton":
+        at, measure = self.state, self.measure
+        if measure is Measure.VELOCITY:
             return bool(self.target - at[_N] <= COINCIDENT * self.target)
-        return bool(self.left - at[_P if law == "poisson" else _E] <= COINCIDENT * self.left)
+        spent = at[_P if measure is Measure.IMPULSE else _E]
+        return bool(self.left - spent <= COINCIDENT * self.left)
 
     def _part_ends(
         self, piece: _Piece, to: float, end: Array, rate: int
@@ -445,7 +449,7 @@ class SpatialPath:
         """End compression or restitution at an event of slip; return whether the impact ends."""
         self.state = state
         if event == _LAW:
-            if self.law == "newton":
+            if self.measure is Measure.VELOCITY:
                 state[_N] = self.target
             self._tell(SLIP, *state[:2])
             return True
@@ -453,7 +457,8 @@ class SpatialPath:
         self._tell(SLIP, *state[:2])
         # Restitution begins, or the contact is compressed again.
         self.restitution = 1 - self.restitution
-        done = bool(self.target <= 0.0 if self.law == "newton" else self.left <= 0.0)
+        due = self.target if self.measure is Measure.VELOCITY else self.left
+        done = bool(due <= 0.0)
         if self.restitution and done:
             self._tell(SLIP, *state[:2])
         return done and self.restitution == 1

@@ -246,7 +246,8 @@ static int impact_at(ps_run *s, const ps_options *o, double *x, double *impulses
     mu[i] = c.mu[closed[i]];
     load[i] = c.load[PS_N(closed[i])];
   }
-  ended = follow_impact(n, W, mu, v, held, load, PS_IMPACT_LAW, c.e[0], after, P, work, o->listener);
+  ended = follow_impact(n, W, mu, v, held, load, PS_IMPACT_MEASURE, PS_IMPACT_POWER, c.e[0], after, P,
+                        work, o->listener);
   if (!ended) return 0;
   for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
   for (int i = 0; i < n; i++) {

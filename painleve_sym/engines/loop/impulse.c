@@ -2,7 +2,8 @@
  * engines/simultaneous.py. Nothing here knows a model. */
 
 #ifdef PS_RIGID
-enum { PS_ENERGETIC, PS_POISSON, PS_NEWTON };
+/* Of which restitution returns the share e^power. */
+enum { PS_BY_VELOCITY, PS_BY_IMPULSE, PS_BY_WORK };
 
 /* Of the largest force, or of the terms of a rate: what an inequality may be missed by. */
 static const double PS_MISSED = 1e-9;
@@ -43,10 +44,10 @@ typedef struct {
 
 /* The inputs are scaled to order 1. */
 typedef struct {
-  int n, law, singular, guides, mass, speed;
+  int n, measure, singular, guides, mass, speed;
   ps_listener listener; /* or NULL */
   const int *held; /* contacts that hold from both sides */
-  double e;
+  double share;
   ps_square W;
   double mu[PS_RIGID], v[PS_ROWS], start[PS_ROWS];
   double border[PS_RIGID], budget[PS_RIGID], weight[PS_RIGID], work;
@@ -396,7 +397,7 @@ static int compresses(const ps_path *path, int i, const double *push, const doub
 static double spent(const ps_path *path, int i, const double *push, const double *rates) {
   double v_n = path->v[PS_N(i)], budget = path->budget[i], force = push[PS_N(i)];
   if (budget == 0 || force == 0 || compresses(path, i, push, rates)) return HUGE_VAL;
-  if (path->law == PS_POISSON) return budget / force;
+  if (path->measure == PS_BY_IMPULSE) return budget / force;
   /* v_n P + a_n P^2/2 = budget, without the cancellation of the usual root. */
   double square = v_n * v_n + 2 * rates[PS_N(i)] * budget / force;
   return square > 0 ? 2 * budget / force / (v_n + sqrt(square)) : HUGE_VAL;
@@ -406,7 +407,7 @@ static double spent(const ps_path *path, int i, const double *push, const double
 static double energy_is_back(const ps_path *path, const double *push, const double *rates) {
   double power = dot(PS_SIZE(path->n), push, path->v), slope = dot(PS_SIZE(path->n), push, rates);
   double square = power * power - 2 * slope * path->work;
-  if (path->law != PS_POISSON || !(path->work < 0 && square > 0 && (slope > 0 || power > 0)))
+  if (path->measure != PS_BY_IMPULSE || !(path->work < 0 && square > 0 && (slope > 0 || power > 0)))
     return HUGE_VAL;
   double root = sqrt(square);
   return power > 0 ? -2 * path->work / (power + root) : (root - power) / slope;
@@ -415,11 +416,11 @@ static double energy_is_back(const ps_path *path, const double *push, const doub
 static double restitution_after(const ps_path *path, int i, double length, double twice_mean,
                                 const double *push, const double *rates) {
   double budget = path->budget[i], impulse = push[PS_N(i)] * length;
-  if (path->law == PS_NEWTON) return 0;
-  const int poisson = path->law == PS_POISSON;
-  double given_back = poisson ? impulse : impulse * twice_mean / 2;
+  if (path->measure == PS_BY_VELOCITY) return 0;
+  const int kinetic = path->measure == PS_BY_IMPULSE;
+  double given_back = kinetic ? impulse : impulse * twice_mean / 2;
   if (compresses(path, i, push, rates))
-    return poisson ? budget + path->e * impulse : budget - path->e * path->e * given_back;
+    return budget + path->share * (kinetic ? given_back : -given_back);
   return budget > 0 ? PS_MAX(0, budget - given_back) : 0;
 }
 
@@ -460,7 +461,7 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
     const double rest = pushes ? at_rest(path, i) : 0;
     path->v[i] = fabs(after[i] - rest) <= near ? rest : after[i];
   }
-  double least = path->law == PS_POISSON ? PS_REST_SPEED : PS_REST_SPEED * PS_REST_SPEED;
+  double least = path->measure == PS_BY_IMPULSE ? PS_REST_SPEED : PS_REST_SPEED * PS_REST_SPEED;
   for (int i = 0; i < n; i++) path->budget[i] = lapses || budget[i] <= least ? 0 : budget[i];
   path->work = lapses ? 0 : path->work + work;
 }
@@ -524,7 +525,7 @@ static int restart_at_once(ps_path *path) {
     path->impulses[i] = path->works[i] = 0;
   }
   tell_course(path);
-  return take_at_once(path, path->e, 0);
+  return take_at_once(path, path->share, 0);
 }
 
 /* Follows the path to where no contact pushes; 0 where it never gets there. */
@@ -587,7 +588,7 @@ static int is_singular(int n, ps_square W) {
  * and, for an impact without collision, b_n (n). Writes velocities after it, impulses, and works of the
  * normal and tangential impulses, each of shape (2n); tells the listener, or NULL. 0 where it jams. */
 static int follow_impact(int n, const double *W, const double *mu, const double *v, const int *held,
-                         const double *pressing, int law, double e, double *velocity,
+                         const double *pressing, int measure, int power, double e, double *velocity,
                          double *impulse, double *work, ps_listener listener) {
   ps_path path;
   double largest = 0, fastest = 0;
@@ -601,8 +602,9 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   frexp(largest, &mass);
   frexp(fastest, &speed);
   path.n = n;
-  path.law = law;
-  path.e = e;
+  path.measure = measure;
+  path.share = e;
+  for (int i = 1; i < power; i++) path.share *= e;
   path.held = held;
   path.mass = mass;
   path.speed = speed;
@@ -614,15 +616,15 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   }
   for (int i = 0; i < n; i++) {
     path.mu[i] = mu[i];
-    double rebound = -e * path.v[PS_N(i)];
-    path.border[i] = law == PS_NEWTON && rebound > PS_REST_SPEED ? rebound : 0;
+    double rebound = -path.share * path.v[PS_N(i)];
+    path.border[i] = measure == PS_BY_VELOCITY && rebound > PS_REST_SPEED ? rebound : 0;
     path.weight[i] = 1;
     collides |= v[PS_N(i)] < 0;
   }
   path.singular = (n > 1 || path.guides) && is_singular(n, path.W);
   ended = follow_path(&path, pressing);
   for (int i = 0; i < n; i++) pushing += !held[i] && path.impulses[PS_N(i)] != 0;
-  if (law == PS_NEWTON && pushing > 1 && collides) ended = restart_at_once(&path);
+  if (measure == PS_BY_VELOCITY && pushing > 1 && collides) ended = restart_at_once(&path);
   for (int i = 0; i < PS_SIZE(n); i++) {
     /* Of a contact that others held, rounding may be left. */
     double rest = at_rest(&path, i);

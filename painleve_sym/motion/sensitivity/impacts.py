@@ -11,6 +11,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.impacts import COURSE, STEP, STRUCK, PathReader, doubles, read
+from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.motion.sensitivity.path_slopes import ImpactData, impact_slopes, least_norm_slopes
 
 
@@ -98,7 +99,7 @@ class SensitiveImpacts:
         parted = self._parted(change, jacobian, contacts)
         held = np.array([i in self.given.bilateral for i in contacts])
         path = impact_slopes(
-            self._paths.path(held, self.given.restitution, float(given.e[0])),
+            self._paths.path(held, restitution_law(self.given.restitution), float(given.e[0])),
             ImpactData(
                 W=slopes.W[np.ix_(rows, rows)],
                 mu=slopes.mu[contacts],

@@ -22,6 +22,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.simultaneous import AtOnce, PathRecord, Straight
+from painleve_sym.laws.restitution import Measure
 
 # Of the largest singular value: less is zero, as in the path.
 _ROUNDING = 1e-12
@@ -75,13 +76,16 @@ class _Slopes:
 
     def __init__(self, path: PathRecord, data: ImpactData) -> None:
         self.path, self.tolerance = path, data.tolerance
-        self.W, self.mu, self.e = np.ldexp(data.W, -path.mass), data.mu, data.e
+        self.W, self.mu = np.ldexp(data.W, -path.mass), data.mu
+        self.share_slopes = path.law.share_slope(path.e) * data.e
         self.velocity = np.ldexp(data.velocity, -path.speed)
         self.rows = ContactRows(len(self.mu))
         self.normals, self.tangentials = self.rows.normals, self.rows.tangentials
-        newton, v_n = path.restitution == "newton", path.velocity[self.normals]
-        factor = path.e if newton else 0.0
-        self.border = -factor * self.velocity[self.normals] - newton * np.outer(v_n, self.e)
+        self.measure, self.share = path.law.measure, path.law.share(path.e)
+        kinematic, v_n = self.measure is Measure.VELOCITY, path.velocity[self.normals]
+        factor = self.share if kinematic else 0.0
+        self.border = -factor * self.velocity[self.normals]
+        self.border -= kinematic * np.outer(v_n, self.share_slopes)
         n, k = self.mu.shape
         self.budget, self.weights, self.work = np.zeros((n, k)), np.zeros((n, k)), np.zeros(k)
         self.impulses, self.works = np.zeros(self.velocity.shape), np.zeros(self.velocity.shape)
@@ -91,8 +95,8 @@ class _Slopes:
         self.energy_size = np.zeros(k)
         # The last speed of an energetic restitution is a square root at e = 0.
         collides = bool(np.any(v_n < 0))
-        energetic = path.restitution == "energetic"
-        self.is_lost = energetic and path.e == 0 and collides and bool(np.any(self.e))
+        energetic = self.measure is Measure.WORK
+        self.is_lost = energetic and path.e == 0 and collides and bool(np.any(data.e))
 
     # ---- a straight piece ----
 
@@ -128,7 +132,7 @@ class _Slopes:
         """
         rows, W, U = list(step.rows), self.path.W, step.columns
         slips = np.array(
-            [np.zeros_like(self.e) if self.rows.is_normal(r) else self.velocity[r] for r in rows]
+            [np.zeros_like(self.work) if self.rows.is_normal(r) else self.velocity[r] for r in rows]
         )
         if not np.any(slips):
             return
@@ -165,7 +169,7 @@ class _Slopes:
 
         Friction changes the directions of slips.
         """
-        moved = np.zeros((*columns.shape, len(self.e)))
+        moved = np.zeros((*columns.shape, len(self.share_slopes)))
         share = np.abs(columns[self.normals]) * np.sign(columns[self.tangentials])
         moved[self.tangentials] = share[:, :, None] * self.mu[:, None, :]
         slopes = np.einsum("rjk,jc->rck", self.W[rows], columns)
@@ -179,7 +183,7 @@ class _Slopes:
             row, border = (n, self.border[i]) if kind == "border" else (t, 0.0)
             moved = self.velocity[row] - border + rates[row] * length
             change: Array = -moved / step.rates[row]
-        elif kind == "spent" and self.path.restitution == "poisson":
+        elif kind == "spent" and self.measure is Measure.IMPULSE:
             change = (self.budget[i] - push[n] * length) / force[n]
         elif kind == "spent":
             mean, end = v[n] + step.rates[n] * length / 2, v[n] + step.rates[n] * length
@@ -194,20 +198,19 @@ class _Slopes:
 
     def _spend(self, step: Straight, works: Array, moved: Array, impulses: Array) -> None:
         """Follow what the contacts have left to give back, and the energy of all."""
-        e, poisson = self.path.e, self.path.restitution == "poisson"
+        kinetic = self.measure is Measure.IMPULSE
         self.work = self.work + moved.sum(axis=0)
-        if self.path.restitution == "newton":
+        if self.measure is Measure.VELOCITY:
             return
-        given = step.push[self.normals] * step.event.length if poisson else works[self.normals]
-        change = impulses[self.normals] if poisson else moved[self.normals]
-        stored = e * change + np.outer(given, self.e)
-        if not poisson:
-            stored = -(e**2) * change - np.outer(given, 2 * e * self.e)
+        given = step.push[self.normals] * step.event.length if kinetic else works[self.normals]
+        change = impulses[self.normals] if kinetic else moved[self.normals]
+        stored = self.share * change + np.outer(given, self.share_slopes)
+        stored = stored if kinetic else -stored
         spends = ~step.compresses & (step.budget > 0)
         self.budget = self.budget + np.where(step.compresses[:, None], stored, 0.0)
         self.budget = self.budget - np.where(spends[:, None], change, 0.0)
         self.energy_size += np.max(np.abs(stored), axis=0)
-        if poisson and step.work_after == 0:
+        if kinetic and step.work_after == 0:
             self._vanishes(self.work, self.energy_size)
             self.work, self.budget = np.zeros_like(self.work), np.zeros_like(self.budget)
         spent = step.budget_after == 0
@@ -222,7 +225,7 @@ class _Slopes:
         rebound = np.zeros_like(self.velocity)
         rebound[self.normals] = -e * self.velocity[self.normals]
         if not step.weighs and step.e is not None:
-            rebound[self.normals] -= np.outer(step.velocities[self.normals], self.e)
+            rebound[self.normals] -= np.outer(step.velocities[self.normals], self.share_slopes)
         aim, impulses = self.velocity - rebound, np.zeros_like(self.velocity)
         if rows:
             moved, slopes = self._columns(rows, U)

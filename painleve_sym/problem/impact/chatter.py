@@ -8,6 +8,7 @@ from typing import Any
 
 from painleve_sym.equality import Compared
 from painleve_sym.files import to_plain
+from painleve_sym.laws.restitution import Measure, restitution_law
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.one_contact import ImpactEnd, solve_impact
@@ -109,14 +110,15 @@ def _cycle(problem: ContactProblem, restitution: str, e: float) -> tuple[float, 
 
 
 def _threshold(problem: ContactProblem, restitution: str) -> float | None:
-    """Return the e with ρ = 1, from ρᵖ affine in eᵖ: p = 2 for the energetic law, else 1."""
+    """Return the e with ρ = 1; of a law that measures work ρ² is affine in its share, else ρ is."""
     elastic = _cycle(problem, restitution, 1.0)
     if elastic is None or not elastic[0] > 1 or elastic[1] not in _STICKING:
         return None
-    power = 2 if restitution == "energetic" else 1
+    law = restitution_law(restitution)
+    power = 2 if law.measure is Measure.WORK else 1
     excess = elastic[0] ** power - 1
     if elastic[1] is ImpactClass.C_STICKING:
         slope = elastic[0] ** power
     else:
         slope = problem.A_stick / problem.A_slip(1 if problem.b_t > 0 else -1)
-    return math.pow(1 - excess / slope, 1 / power)
+    return math.pow(1 - excess / slope, 1 / law.power)

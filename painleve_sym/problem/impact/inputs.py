@@ -11,7 +11,7 @@ import numpy as np
 
 from painleve_sym.checks import LARGEST, checked_number, mobility_faults, spatial_mobility_faults
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.restitution import RESTITUTIONS
+from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.problem.array_checks import mobility_matrix_faults
 from painleve_sym.problem.impact.within_plane import in_plane, moving_tangent
 
@@ -30,6 +30,7 @@ class ImpactInputs(NamedTuple):
     W: tuple[tuple[float, ...], ...]
     mu: tuple[float, ...]
     velocity: tuple[float, ...]
+    law: RestitutionLaw
     e: float
 
 
@@ -37,7 +38,7 @@ def impact_inputs(
     W: Any,
     mu: Any,
     velocity: Any,
-    restitution: str,
+    restitution: RestitutionLaw | str,
     e: float,
     *,
     where: str = "solve impact",
@@ -84,11 +85,14 @@ def impact_inputs(
             faults.append(f"v_n{place}: got {v_n!r} m/s, need v_n <= 0: the contact is opening.")
     if e < 0 or e > 1:
         faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
-    if str(restitution) not in RESTITUTIONS:
-        faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
-    if faults:
+    law = restitution
+    if not isinstance(law, RestitutionLaw) and law in RESTITUTIONS:
+        law = RESTITUTIONS[law]
+    if not isinstance(law, RestitutionLaw):
+        faults.append(unknown_name("restitution law", law, RESTITUTIONS))
+    if faults or not isinstance(law, RestitutionLaw):
         raise InputError(f"{where}: " + " ".join(faults))
-    return ImpactInputs(_symmetric(rows), friction, v, e)
+    return ImpactInputs(_symmetric(rows), friction, v, law, e)
 
 
 def _plain(value: Any) -> Any:

@@ -13,6 +13,7 @@ import numpy as np
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.files import plain_fields
+from painleve_sym.laws.restitution import Measure, RestitutionLaw
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.impact.energy_gain import least_energy_notice
 from painleve_sym.problem.impact.inputs import impact_inputs
@@ -139,7 +140,7 @@ def solve_impact(
     W: Sequence[Sequence[float]],
     mu: float,
     velocity: Sequence[float],
-    restitution: str = "energetic",
+    restitution: RestitutionLaw | str = "energetic",
     e: float = 0.75,
 ) -> Impact:
     """Return the complete solution of an impact of one contact with Coulomb friction.
@@ -166,8 +167,8 @@ def solve_impact(
     velocity : sequence of 2 or 3 float
         (v_n, v_t) or (v_n, v_1, v_2) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s. Slip
         along a tangent in which W moves nothing is that of a driven surface, and stays.
-    restitution : {"energetic", "poisson", "newton"}
-        Agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
+    restitution : RestitutionLaw, or its name, one of {"energetic", "poisson", "newton"}
+        These agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
         nothing back without collision, and can add energy (see `Impact.notice`); the others never
         do in the impact of this single contact.
     e : float
@@ -207,9 +208,9 @@ def solve_impact(
     >>> [phase.name for phase in impact.phases]
     ['slip compression', 'slip restitution', 'sticking restitution']
     """
-    given, (mu,), before, e = impact_inputs(W, mu, velocity, restitution, e)
+    given, (mu,), before, law, e = impact_inputs(W, mu, velocity, restitution, e)
     try:
-        case, ended, phases = _course(given, mu, before, restitution, e)
+        case, ended, phases = _course(given, mu, before, law.measure, law.share(e))
     except OverflowError as error:
         raise InputError(
             "solve impact: impulses or energies leave the range of floating point. "
@@ -220,31 +221,35 @@ def solve_impact(
     if case is not ImpactClass.NO_IMPACT:
         end = ImpactEnd.SEPARATION if after[0] > 0.0 else ImpactEnd.PERSISTENT
         end = end if ended else ImpactEnd.JAM
-    return Impact(case, end, restitution, before, after, phases, given)
+    return Impact(case, end, law.name, before, after, phases, given)
 
 
 def _course(
-    W: tuple[tuple[float, ...], ...], mu: float, velocity: tuple[float, ...], law: str, e: float
+    W: tuple[tuple[float, ...], ...],
+    mu: float,
+    velocity: tuple[float, ...],
+    measure: Measure,
+    share: float,
 ) -> tuple[ImpactClass, bool, tuple[ImpactPhase, ...]]:
     """Return the class of an impact, whether it has an end, and its phases."""
     if len(W) == 3:
         axes = axes_of_motion(W, velocity)
         if axes is None:
-            return course_in_space(W, mu, velocity, law, e)
+            return course_in_space(W, mu, velocity, measure, share)
         tangent, across = axes
         plane, v_t = in_plane(W, tangent), tangent[0] * velocity[1] + tangent[1] * velocity[2]
         if across:
             (nn, nt), (_, tt) = plane
             rows = (nn, nt, 0.0), (nt, tt, 0.0), (0.0, 0.0, 0.0)
-            course = course_in_space(rows, mu, (velocity[0], v_t, across), law, e)
+            course = course_in_space(rows, mu, (velocity[0], v_t, across), measure, share)
         else:
-            course = _course(plane, mu, (velocity[0], v_t), law, e)
+            course = _course(plane, mu, (velocity[0], v_t), measure, share)
         case, ended, phases = course
         return case, ended, tuple(phase_along(phase, tangent) for phase in phases)
     (W_nn, W_nt), (_, W_tt) = W
-    path = ImpactPath((W_nn, W_nt, W_tt), mu, velocity[0], velocity[1], law)
+    path = ImpactPath((W_nn, W_nt, W_tt), mu, velocity[0], velocity[1], measure)
     begins = path.begins
-    ended = begins and path.follow(e)
+    ended = begins and path.follow(share)
     return path.case if begins else ImpactClass.NO_IMPACT, ended, tuple(path.phases)
 
 

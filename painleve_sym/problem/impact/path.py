@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from painleve_sym.equality import Compared
+from painleve_sym.laws.restitution import Measure
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.rounding import rounded_sum
@@ -77,13 +78,13 @@ class ImpactPath:
     """
 
     def __init__(
-        self, W: tuple[float, float, float], mu: float, v_n: float, v_t: float, law: str
+        self, W: tuple[float, float, float], mu: float, v_n: float, v_t: float, measure: Measure
     ) -> None:
         # Powers of two leave every digit, and keep squares of the velocities in range.
         self.mass, self.speed = binary_exponent(W[0], W[2]), binary_exponent(v_n, v_t)
         self.W = tuple(math.ldexp(w, -self.mass) for w in W)
         self.v_n, self.v_t = math.ldexp(v_n, -self.speed), math.ldexp(v_t, -self.speed)
-        self.mu, self.law, self.spent = mu, law, 0.0
+        self.mu, self.measure, self.spent = mu, measure, 0.0
         self.phases: list[ImpactPhase] = []
         self.case = ImpactClass.SLIDING
         if self.v_t != 0.0:
@@ -123,26 +124,30 @@ class ImpactPath:
         slowing = self.v_t * self.ray.slip_rate < 0.0
         return -self.v_t / self.ray.slip_rate if slowing else math.inf
 
-    def follow(self, e: float) -> bool:
-        """Follow the path to where restitution ends; False where it never gets there."""
-        rebound = -e * self.v_n + 0.0
-        if not self._follow_part("compression", "newton", 0.0):
-            return False
-        due = {"newton": rebound, "poisson": e * self.spent, "energetic": -e * e * self.spent}
-        self.spent = 0.0
-        return self._follow_part("restitution", self.law, due[self.law])
+    def follow(self, share: float) -> bool:
+        """Follow the path to where a share of the measure of compression has come back.
 
-    def _end(self, law: str, due: float) -> tuple[float, float]:
+        False where it never gets there.
+        """
+        due = -share * self.v_n + 0.0
+        if not self._follow_part("compression", Measure.VELOCITY, 0.0):
+            return False
+        if self.measure is not Measure.VELOCITY:
+            due = share * self.spent if self.measure is Measure.IMPULSE else -share * self.spent
+        self.spent = 0.0
+        return self._follow_part("restitution", self.measure, due)
+
+    def _end(self, measure: Measure, due: float) -> tuple[float, float]:
         """Return what `impulse_to_end` does for the present ray; `due` is of the whole part."""
         v_n, rate = self.v_n, self.ray.normal_rate
-        if law == "newton" and rate <= 0.0 and self.phases and due <= v_n:
+        if measure is Measure.VELOCITY and rate <= 0.0 and self.phases and due <= v_n:
             return 0.0, v_n
-        return impulse_to_end(law, v_n, rate, due, max(0.0, due - self.spent))
+        return impulse_to_end(measure, v_n, rate, due, max(0.0, due - self.spent))
 
-    def _follow_part(self, part: str, law: str, due: float) -> bool:
+    def _follow_part(self, part: str, measure: Measure, due: float) -> bool:
         """Follow compression or restitution to its end; False where it never gets there."""
         compresses = part == "compression"
-        P_end, v_n = self._end(law, due)
+        P_end, v_n = self._end(measure, due)
         P_stop, sooner = self._impulse_to_stop, P_end * (1 - COINCIDENT)
         # A slip that stops with the compression leaves it a phase of no length.
         if P_stop < math.inf and P_stop <= (P_end * (1 + COINCIDENT) if compresses else sooner):
@@ -151,7 +156,7 @@ class ImpactPath:
             self._advance(name, P_stop, v_n if P_stop >= sooner else reached, 0.0)
             self.ray = self._ray_at_rest("reverse slip")
             self.case = AFTER_STOP[part, self.ray.mode is ContactMode.STICK]
-            (P_end, v_n), P_stop = self._end(law, due), math.inf
+            (P_end, v_n), P_stop = self._end(measure, due), math.inf
         if P_end == math.inf:
             return False
         together = P_stop <= P_end * (1 + COINCIDENT)
@@ -163,7 +168,7 @@ class ImpactPath:
         # Velocities are linear in the impulse: the works take their means.
         P_t = self.ray.ratio * P
         work_n, work_t = P * (self.v_n + v_n) / 2, P_t * (self.v_t + v_t) / 2
-        self.spent += P if self.law == "poisson" else work_n
+        self.spent += P if self.measure is Measure.IMPULSE else work_n
         self.v_n, self.v_t = v_n, v_t
         speed, impulse, energy = self.speed, self.speed - self.mass, 2 * self.speed - self.mass
         self.phases.append(
@@ -194,16 +199,16 @@ def binary_exponent(*numbers: float) -> int:
 
 
 def impulse_to_end(
-    law: str, v_n: float, rate: float, due: float, left: float
+    measure: Measure, v_n: float, rate: float, due: float, left: float
 ) -> tuple[float, float]:
-    """Return P_n along a ray to where a law ends it, inf for never, and v_n there.
+    """Return P_n along a ray to where a measure ends it, inf for never, and v_n there.
 
-    The rate is dv_n/dP_n. `due` is the final v_n of Newton's law, `left` P_n of Poisson's and
-    ∫v_n dP_n of Stronge's.
+    The rate is dv_n/dP_n. `due` is the final velocity, `left` the impulse P_n or the work
+    ∫v_n dP_n that is still to come.
     """
-    if law == "newton":
+    if measure is Measure.VELOCITY:
         return ((due - v_n) / rate, due) if rate > 0.0 else (math.inf, v_n)
-    if law == "poisson":
+    if measure is Measure.IMPULSE:
         return left, v_n + rate * left
     if left == 0.0:
         return 0.0, v_n

@@ -8,7 +8,7 @@
 #endif
 /* Order of the power series, phases of an impact at most, numbers that are given and rows. */
 enum { ORDER = 20, PHASES = 16, GIVEN = 12, HEAD = 2, ROW = 11 };
-enum { ENERGETIC, POISSON, NEWTON };
+enum { VELOCITY, IMPULSE, WORK }; /* of which restitution returns a share */
 enum { NO_IMPACT, ENDED, JAM, UNFINISHED };
 enum { SLIP, STOPS, STICK, RESUMED };
 enum { GOES_ON = -1 };
@@ -29,8 +29,8 @@ static const int PIECES = 20000;
 typedef struct { double c, s, v, n, P, P1, P2, E, T; } state;
 
 typedef struct {
-  double Wnn, w1, w2, W11, W12, W22, mu, target, e;
-  int law, restitution, phases;
+  double Wnn, w1, w2, W11, W12, W22, mu, target, share;
+  int measure, restitution, phases;
   double left; /* of P or of the work that restitution has to give */
   double size; /* of the terms of h and k */
   int singular; /* v_n and v_t are tied: v_n = offset + a1 v_1 + a2 v_2 all along */
@@ -297,11 +297,11 @@ static double event_of(const impact *p, int event, const state *a, double *slope
     return fabs(across) > 1e-14 * hypot(p->w1, p->w2) ? across : 0.0;
   }
   case LAW:
-    if (p->law == POISSON) {
+    if (p->measure == IMPULSE) {
       *slope = a->v;
       return a->P - p->left;
     }
-    if (p->law == ENERGETIC) {
+    if (p->measure == WORK) {
       *slope = a->v * a->n;
       return a->E - p->left;
     } /* fall through */
@@ -335,13 +335,14 @@ static int too_near(const piece *q, double x) { return !q->by_time && fabs(x - 1
 
 static int sign_of(double x) { return (x > 0.0) - (x < 0.0); }
 
+/* What the present phase has taken of the impulse or of the work. */
+static double taken(const impact *p) { return p->measure == IMPULSE ? p->at.P : p->at.E; }
+
 static void tell(impact *p, int ray, double c, double s) {
   const state *a = &p->at;
-  double spent = p->law == POISSON ? a->P : a->E;
-  p->left -= p->restitution ? spent : 0.0;
-  if (!p->restitution) {
-    p->left += p->law == POISSON ? p->e * a->P : p->law == ENERGETIC ? -p->e * p->e * a->E : 0.0;
-  }
+  double spent = taken(p);
+  if (p->restitution) p->left -= spent;
+  else if (p->measure != VELOCITY) p->left += p->share * (p->measure == IMPULSE ? spent : -spent);
   double numbers[ROW] = {2 * ray + p->restitution, a->P, a->P1, a->P2, a->n, a->v * a->c, a->v * a->s,
                           a->E, a->T, c, s};
   if (p->phases < PHASES) memcpy(p->rows + HEAD + ROW * p->phases, numbers, sizeof numbers);
@@ -351,26 +352,26 @@ static void tell(impact *p, int ray, double c, double s) {
 
 /* Whether restitution has nothing to give from here. */
 static int nothing_due(const impact *p) {
-  return p->law == NEWTON ? p->at.n >= p->target : p->left <= 0.0;
+  return p->measure == VELOCITY ? p->at.n >= p->target : p->left <= 0.0;
 }
 
 /* Whether restitution ends here but for rounding. */
 static int nearly_done(const impact *p) {
   const state *a = &p->at;
-  if (p->law == NEWTON) return p->target - a->n <= COINCIDENT * p->target;
-  return p->left - (p->law == POISSON ? a->P : a->E) <= COINCIDENT * p->left;
+  if (p->measure == VELOCITY) return p->target - a->n <= COINCIDENT * p->target;
+  return p->left - taken(p) <= COINCIDENT * p->left;
 }
 
 /* The impulse along a ray to the end of the present part, INFINITY where it never is, and v_n there. */
 static double impulse_to_end(const impact *p, double A, double *n) {
-  double left = fmax(0.0, p->left - (p->law == POISSON ? p->at.P : p->at.E));
+  double left = fmax(0.0, p->left - taken(p));
   *n = p->at.n;
-  if (!p->restitution || p->law == NEWTON) {
+  if (!p->restitution || p->measure == VELOCITY) {
     double due = p->restitution ? p->target : 0.0;
     if (A > 0.0) return *n = due, (due - p->at.n) / A;
     return p->phases && due <= p->at.n && (A == 0.0 || p->restitution) ? 0.0 : INFINITY;
   }
-  if (p->law == POISSON) return *n += A * left, left;
+  if (p->measure == IMPULSE) return *n += A * left, left;
   if (left == 0.0) return 0.0;
   double squared = p->at.n * p->at.n + 2 * A * left;
   if (squared <= 0.0) return INFINITY;
@@ -409,7 +410,7 @@ static int ray(impact *p, int kind, double r1, double r2, double A, double k) {
 static int never_ends(const impact *p) {
   const state *a = &p->at;
   if (!p->singular || p->W22 != 0.0 || fabs(p->w1) >= p->mu * p->W11) return 0;
-  if (p->restitution && p->law != NEWTON) return 0;
+  if (p->restitution && p->measure != VELOCITY) return 0;
   double cosine = p->w1 / (p->mu * p->W11);
   double turned = p->a1 * a->v * fabs(a->s) * cosine / sqrt(1 - cosine * cosine);
   double above = p->offset + turned - (p->restitution ? p->target : 0.0);
@@ -463,7 +464,7 @@ static int curve(impact *p) {
         x = event_between(p, &q, LAW, from, to, -1);
         if ((direct = too_near(&q, x))) continue;
         *a = state_at(&q, x);
-        if (p->law == NEWTON) a->n = p->target;
+        if (p->measure == VELOCITY) a->n = p->target;
         if (a->v <= COINCIDENT * start) a->v = 0.0; /* it stops at the end */
         return tell(p, SLIP, a->c, a->s), ENDED;
       }
@@ -513,10 +514,10 @@ static int begins(const impact *p) {
 
 static void follow(const double *g, double *rows) {
   impact p = {.Wnn = g[0], .w1 = g[1], .w2 = g[2], .W11 = g[3], .W12 = g[4], .W22 = g[5], .mu = g[6],
-              .e = g[11], .law = (int)g[10], .rows = rows};
+              .share = g[11], .measure = (int)g[10], .rows = rows};
   double v = hypot(g[8], g[9]);
   p.at.n = g[7], p.at.v = v, p.at.c = v > 0.0 ? g[8] / v : 0.0, p.at.s = v > 0.0 ? g[9] / v : 0.0;
-  p.target = -p.e * p.at.n;
+  p.target = -p.share * p.at.n;
   p.size = hypot(p.w1, p.w2) + p.mu * (p.W11 + p.W22);
   double det = p.W11 * p.W22 - p.W12 * p.W12, size = p.W11 * p.W22;
   p.a1 = (p.W22 * p.w1 - p.W12 * p.w2) / det;
@@ -533,7 +534,7 @@ static void follow(const double *g, double *rows) {
   rows[0] = p.phases > PHASES ? UNFINISHED : end, rows[1] = p.phases;
 }
 
-/* Impacts one after the other. Each is given W_nn, W_n1, W_n2, W_11, W_12, W_22, mu, v_n, v_1, v_2, law, e,
+/* Impacts one after the other. Each is given W_nn, W_n1, W_n2, W_11, W_12, W_22, mu, v_n, v_1, v_2, measure, share,
  * and gets its end, how many phases it has, and of each: twice its ray and whether it is of restitution,
  * P_n, P_1, P_2, the velocity at its end, both works and the direction of slip at its end. */
 PS_EXPORT void ps_impacts_in_space(int n, const double *given, double *rows) {

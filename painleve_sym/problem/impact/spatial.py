@@ -55,6 +55,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import load
 from painleve_sym.errors import CompilerMissing, InputError
+from painleve_sym.laws.restitution import Measure
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.impact.path import (
     AFTER_STOP,
@@ -66,7 +67,7 @@ from painleve_sym.problem.rounding import SUM
 
 # The names and numbers of ``spatial.c``.
 ORDER, PHASES, PIECES, HEAD, ROW = 20, 16, 20000, 2, 11
-LAWS = ("energetic", "poisson", "newton")
+MEASURES = tuple(Measure)
 NO_IMPACT, ENDED, JAM, UNFINISHED = range(4)
 SLIP, STOPS, STICK, RESUMED = range(4)
 _PARTS, _RAY_NAMES = ("compression", "restitution"), ("slip", "", "sticking", "reverse slip")
@@ -74,18 +75,23 @@ _PART_NAMES = ("tangential", "slip restitution")
 
 
 def course_in_space(
-    W: Sequence[Sequence[float]], mu: float, velocity: Sequence[float], law: str, e: float
+    W: Sequence[Sequence[float]],
+    mu: float,
+    velocity: Sequence[float],
+    measure: Measure,
+    share: float,
 ) -> tuple[ImpactClass, bool, tuple[ImpactPhase, ...]]:
     """Return the class of an impact, whether it has an end, and its phases.
 
-    The arguments are those of `solve_impact`, checked, with a W of shape (3, 3).
+    The first arguments are those of `solve_impact`, checked, with a W of shape (3, 3); a share of
+    the measure of compression comes back.
     """
     (nn, n1, n2), (_, one, m), (_, _, two) = W
     # Powers of two leave every digit, and keep squares of the velocities in range.
     mass, speed = binary_exponent(nn, one, two), binary_exponent(*velocity)
     mobility = (math.ldexp(w, -mass) for w in (nn, n1, n2, one, m, two))
     v = (math.ldexp(own, -speed) for own in velocity)
-    given = np.array([(*mobility, mu, *v, LAWS.index(str(law)), e)])
+    given = np.array([(*mobility, mu, *v, MEASURES.index(measure), share)])
     try:
         result = impacts_in_space(given)[0]
     except CompilerMissing as error:
@@ -129,8 +135,8 @@ def impacts_in_space(given: Array) -> Array:
     Parameters
     ----------
     given : ndarray, shape (n, 12)
-        W_nn, W_n1, W_n2, W_11, W_12, W_22, mu, v_n, v_1, v_2, place of the law in `LAWS`, e. All
-        of order 1, as `course_in_space` scales them.
+        W_nn, W_n1, W_n2, W_11, W_12, W_22, mu, v_n, v_1, v_2, place of the measure in `MEASURES`,
+        share. All of order 1, as `course_in_space` scales them.
 
     Raises
     ------

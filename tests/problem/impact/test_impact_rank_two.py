@@ -11,13 +11,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import painleve_sym as ps
+from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.problem.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.problem.impact.spatial import LAWS, impacts_in_space
+from painleve_sym.problem.impact.spatial import impacts_in_space
 from painleve_sym.problem.modes import ContactMode
 from tests.cli.cli_helpers import run
 from tests.support.spatial_impact import SpatialPath
 
+LAWS = tuple(RESTITUTIONS)
 ARM = Path(__file__).parents[2] / "robots" / "files" / "turning_arm.urdf"
 
 
