@@ -25,9 +25,9 @@ from painleve_sym.automata.contact_states import CONTACT_WORK, OneContact
 from painleve_sym.automata.interfaces import (
     FLIGHTS,
     RUBBING,
+    ContactStart,
     Interface,
     Memory,
-    Start,
     switched,
     zero_factor,
 )
@@ -157,9 +157,9 @@ class CompliantInterface(Interface):
         return {self.sign: _ZERO, self.sticks: _ZERO} if ends else {}
 
     @property
-    def start(self) -> Start:
+    def start(self) -> ContactStart:
         """It may start inside the surface, pressed."""
-        return Start(self.row, loading_curve=(self.law.stiffness, self.law.exponent))
+        return ContactStart(self.row, loading_curve=(self.law.stiffness, self.law.exponent))
 
     @property
     def closed(self) -> sp.Expr:

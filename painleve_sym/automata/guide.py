@@ -26,7 +26,7 @@ from painleve_sym.automata.automaton import (
 )
 from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known
 from painleve_sym.automata.contact_states import FORCE_WORK, FRICTION_WORK, OneContact
-from painleve_sym.automata.interfaces import RUBBING, Interface, Memory, Start, not_negative
+from painleve_sym.automata.interfaces import RUBBING, ContactStart, Interface, Memory, not_negative
 from painleve_sym.automata.model import CONTACT, SLIPS, guide_slip_mode, guide_stick_mode
 from painleve_sym.automata.rigid import DECISION
 from painleve_sym.errors import EventKind
@@ -61,9 +61,9 @@ class GuideInterface(Interface):
         return tuple(f"{slip}/{side}" for side in ("pull", "push") for slip in RUBBING)
 
     @property
-    def start(self) -> Start:
+    def start(self) -> ContactStart:
         """It starts closed."""
-        return Start(self.row, guide=True)
+        return ContactStart(self.row, guide=True)
 
     @cached_property
     def forces(self) -> Forces:

@@ -1,8 +1,8 @@
 """Contacts as parts of a motion with several contacts: their local modes as data.
 
 An `Interface` has the memory of one contact: its branch, the sign of its slip, whether it sticks.
-By it are switched its `Forces`, and the transitions and tests of its `Watch`; `Start` says what
-holds at the start of a run.
+By it are switched its `Forces`, and the transitions and tests of its `Watch`; `ContactStart` says
+what holds at the start of a run.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ Memory = dict[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
-class Start:
+class ContactStart:
     """The start of a run: the states that a contact does not admit, and the scales of all.
 
     `guide` where it must be closed; `loading_curve` has K and n of the force K δⁿ of a contact
@@ -186,7 +186,7 @@ class Interface(LocalContact, ABC):
 
     @property
     @abstractmethod
-    def start(self) -> Start:
+    def start(self) -> ContactStart:
         """Admitted states at the start of a run, and their scales."""
 
     @property

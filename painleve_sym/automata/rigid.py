@@ -31,9 +31,9 @@ from painleve_sym.automata.contact_states import OneContact
 from painleve_sym.automata.impact_rays import APPROACH, MEMORY, RATE_ROUNDING, ImpactRays
 from painleve_sym.automata.interfaces import (
     RUBBING,
+    ContactStart,
     Interface,
     Memory,
-    Start,
     not_negative,
     switched_test,
     zero_factor,
@@ -70,9 +70,9 @@ class RigidInterface(Interface):
         return FLIGHT, *RUBBING
 
     @property
-    def start(self) -> Start:
+    def start(self) -> ContactStart:
         """It does not start inside the surface."""
-        return Start(self.row)
+        return ContactStart(self.row)
 
     @property
     def alone(self) -> sp.Expr:

@@ -23,7 +23,13 @@ from painleve_sym.automata.automaton import Alternative, Choice, Part, Test, Tra
 from painleve_sym.automata.compliant import BranchChange, CompliantContact, CompliantInterface
 from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode
 from painleve_sym.automata.contact_states import FRICTION_WORK
-from painleve_sym.automata.interfaces import FLIGHTS, SLIP_STARTS, Memory, Start, not_negative
+from painleve_sym.automata.interfaces import (
+    FLIGHTS,
+    SLIP_STARTS,
+    ContactStart,
+    Memory,
+    not_negative,
+)
 from painleve_sym.automata.model import CONTACTS, FLIGHT, MOTION, SLIPS
 from painleve_sym.errors import EventKind
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch
@@ -50,7 +56,7 @@ class SpringInterface(CompliantInterface):
         return stiffness
 
     @property
-    def start(self) -> Start:
+    def start(self) -> ContactStart:
         """Start of its law, with the deflection as a state."""
         return replace(super().start, tangential_stiffness=self.stiffness)
 

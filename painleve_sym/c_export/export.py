@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from painleve_sym.c_export.files import Case, clashing_name, files
+from painleve_sym.c_export.files import ExampleCode, clashing_name, files
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.codegen.named_mechanisms import MechanismLike
@@ -117,7 +117,7 @@ def export_c(
     settings = RunSettings.of(simulator.where, given)
     force = None if initial_force is None else checked_force(simulator, initial_force)
     trajectory = simulator.follow(simulator.start(place, force), settings)
-    case = Case(
+    case = ExampleCode(
         name=prefix,
         simulator=simulator,
         engine_name=trajectory.engine,
@@ -149,7 +149,7 @@ def export_scenario(scenario: Scenario, folder: str | Path, name: str | None = N
     )
 
 
-def _written(case: Case, target: Path, *, chosen: bool) -> Export:
+def _written(case: ExampleCode, target: Path, *, chosen: bool) -> Export:
     """Write the files; a name that was `chosen` here gives way where the generated code has it."""
     texts = files(case)
     clash = clashing_name(case, texts)

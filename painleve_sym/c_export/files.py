@@ -112,7 +112,7 @@ class MotionCode:
 
 
 @dataclass(frozen=True)
-class Case(MotionCode):
+class ExampleCode(MotionCode):
     """One mechanism with its contact laws, and the example to run.
 
     The trajectory is what the package computed for the example, `motion` its coordinates and
@@ -137,7 +137,7 @@ def code_files(code: MotionCode) -> dict[str, str]:
     }
 
 
-def files(case: Case) -> dict[str, str]:
+def files(case: ExampleCode) -> dict[str, str]:
     """Return the content of every file by name."""
     return {
         **code_files(case),
@@ -162,7 +162,7 @@ def clashing_name(case: MotionCode, texts: Mapping[str, str]) -> str | None:
     return min(own & identifiers(case.engine), default=None)
 
 
-def _example(case: Case) -> str:
+def _example(case: ExampleCode) -> str:
     mechanism = case.simulator.mechanism
     start = zip(mechanism.state_names, case.motion.tolist(), strict=True)
     given = ", ".join(f"{n} = {v!r}" for n, v in start if v != 0) or "all at 0"
@@ -391,7 +391,7 @@ def _contact(case: MotionCode) -> str:
     return filled("contact.c", case.shared | values)
 
 
-def _main(case: Case) -> str:
+def _main(case: ExampleCode) -> str:
     values = case.trajectory.parameters
     rows = [
         f"    {values[n]!r},  /* {n}: {c_comment(case.declared[n].unit)} */"
@@ -420,7 +420,7 @@ def _main(case: Case) -> str:
     )
 
 
-def _printing(case: Case) -> dict[str, str]:
+def _printing(case: ExampleCode) -> dict[str, str]:
     if not case.outline.parts:
         event, end, modes = _PRINT_EVENT_OF_ONE, _PRINT_END_OF_ONE, ""
     else:

@@ -50,7 +50,7 @@ _SHARE = 0.5
 """Part of a proven bound that is claimed: another C library has other sines."""
 
 
-class Verdict(enum.StrEnum):
+class Decision(enum.StrEnum):
     """End of an attempt to prove that conditions hold on a box."""
 
     PROVED = "proved"
@@ -75,7 +75,7 @@ class Proof:
         What `checker.check` verifies; None without a proof.
     """
 
-    verdict: Verdict
+    verdict: Decision
     pieces: int
     piece: dict[str, tuple[float, float]] | None
     condition: str | None
@@ -135,9 +135,9 @@ def prove_positive(
     bounds: dict[int, list[float]] = {}
     failed: tuple[int, list[Side]] | None = None
 
-    def ended(piece: list[Side], which: int, verdict: Verdict = Verdict.UNDECIDED) -> Proof:
+    def ended(piece: list[Side], which: int, verdict: Decision = Decision.UNDECIDED) -> Proof:
         if failed is not None:
-            verdict, (which, piece) = Verdict.REFUTED, failed
+            verdict, (which, piece) = Decision.REFUTED, failed
         where = dict(zip(over, piece, strict=True))
         return Proof(verdict, len(bounds), where, conditions[which], None)
 
@@ -177,7 +177,7 @@ def prove_positive(
                 fresh = [(2 * place, left), (2 * place + 1, right)]
     tree = _tree(cuts, bounds)
     certificate = certificate_of(function, conditions, over, claim, degree, tree)
-    return Proof(Verdict.PROVED, len(bounds), None, None, certificate)
+    return Proof(Decision.PROVED, len(bounds), None, None, certificate)
 
 
 class _Open(NamedTuple):

@@ -61,7 +61,7 @@ def answer(
     `derive` returns them for the quantities of a box in their order. `data` comes first in JSON,
     `title` first in text, notices last. 0 where it is proved or verified, else 1.
     """
-    from painleve_sym.certify.proof import Verdict, prove_positive
+    from painleve_sym.certify.proof import Decision, prove_positive
 
     positive = derive(over)
     if arguments.check is not None:
@@ -83,7 +83,7 @@ def answer(
         if written:
             show(f"written: {target}")
         show_notices(notices)
-    return 0 if proof.verdict is Verdict.PROVED else 1
+    return 0 if proof.verdict is Decision.PROVED else 1
 
 
 def _show(title: str, over: dict[str, Side], proof: Proof) -> None:

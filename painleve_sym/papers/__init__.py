@@ -2,6 +2,6 @@
 
 A paper is a folder here that holds ``claims.toml``, the claims with their expected verdicts
 (`claims.read_claims`), and a module ``items`` with two names: ``COMPUTE`` maps each item of the
-claims to a function that returns its `item.Outcome`; ``Workbench``, called without arguments,
+claims to a function that returns its `item.ItemOutcome`; ``Workbench``, called without arguments,
 makes the one argument that these functions share. Adding the folder is all that a paper needs.
 """

@@ -32,7 +32,7 @@ class Verdict(enum.StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome(Compared):
+class ItemOutcome(Compared):
     """The result of computing an item, in short, with its verdict and its figure.
 
     `reason` has the numbers for the ``{fields}`` of the reason in the claims, `data` numbers in
@@ -54,7 +54,7 @@ def checked(
     data: Mapping[str, Any] | None = None,
     panels: tuple[Panel, ...] = (),
     **reason: float | str,
-) -> Outcome:
+) -> ItemOutcome:
     """Return the outcome of a claim in words: reproduced when every check holds.
 
     The checks are statements that the words amount to, and are kept in the data; `reason` are
@@ -62,7 +62,7 @@ def checked(
     """
     plain = {name: bool(value) for name, value in checks.items()}
     data = {**(data or {}), "checks": plain}
-    return Outcome(computed, Verdict.of(all(plain.values())), reason, data, panels)
+    return ItemOutcome(computed, Verdict.of(all(plain.values())), reason, data, panels)
 
 
 def table(columns: list[str], rows: list[list[Any]]) -> dict[str, Any]:

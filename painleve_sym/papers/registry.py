@@ -21,7 +21,7 @@ from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.files import plain_fields
 from painleve_sym.interrupts import noted_interrupts
 from painleve_sym.papers.claims import Claims, ItemClaim, read_claims
-from painleve_sym.papers.item import Outcome, Verdict
+from painleve_sym.papers.item import ItemOutcome, Verdict
 from painleve_sym.papers.panels import Panel
 from painleve_sym.progress import progress
 from painleve_sym.version import __version__
@@ -243,7 +243,9 @@ def _computed(paper: Paper, name: str, workbench: Any) -> Item:
         reason = "".join(traceback.format_exception_only(error)).strip()
         lines = traceback.format_exception(error)
         data = {"exception": type(error).__name__, "traceback": "".join(lines).splitlines()}
-        outcome = Outcome("nothing: the computation ended with an error", Verdict.FAILED, data=data)
+        outcome = ItemOutcome(
+            "nothing: the computation ended with an error", Verdict.FAILED, data=data
+        )
     return Item(
         id=name,
         group=claim.group,
@@ -261,6 +263,6 @@ def _computed(paper: Paper, name: str, workbench: Any) -> Item:
     )
 
 
-def _reason(claim: ItemClaim, outcome: Outcome) -> str:
+def _reason(claim: ItemClaim, outcome: ItemOutcome) -> str:
     """Return the reason of the claim; a reason for another verdict explains nothing."""
     return claim.reason.format(**outcome.reason) if outcome.verdict is claim.expected else ""

@@ -23,7 +23,7 @@ from painleve_sym.files import write_beside
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.present.film import DPI, GROUND, FilmPicture, mechanism_figure
-from painleve_sym.present.page import Page
+from painleve_sym.present.page import HtmlPage
 from painleve_sym.present.scene import Scene, film_times
 from painleve_sym.present.style import CONTACTS, EVENT, NORMAL, REFERENCE, SLIP, STYLE, TANGENTIAL
 from painleve_sym.quantities import scaled_unit
@@ -99,7 +99,7 @@ class Animation:
             raise InputError(f"animation {path}: got {suffix!r}, need one of {', '.join(FORMATS)}.")
         check_encoder(suffix)
         if suffix == ".html":
-            Page(self.title(), self.html()).write(path)
+            HtmlPage(self.title(), self.html()).write(path)
         elif suffix == ".gif":
             write_beside(path, self._write_gif)
         else:

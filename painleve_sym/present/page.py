@@ -70,7 +70,7 @@ footer { margin-top: 3rem; font-size: 0.9rem; color: var(--soft);
 
 
 @dataclass(frozen=True)
-class Part:
+class Section:
     """A section of a page: HTML, an anchor that may be empty, and the level of its heading."""
 
     title: str
@@ -85,7 +85,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Page:
+class HtmlPage:
     """A page of results: HTML before the first section, the sections, JavaScript at the end.
 
     The page is complete without the script.
@@ -93,7 +93,7 @@ class Page:
 
     title: str
     lead: str
-    parts: Sequence[Part] = field(default=())
+    parts: Sequence[Section] = field(default=())
     script: str = ""
 
     def html(self) -> str:

@@ -15,7 +15,7 @@ from painleve_sym.files import write_beside
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
-from painleve_sym.present.page import Page, Part, figure, paragraph, table
+from painleve_sym.present.page import HtmlPage, Section, figure, paragraph, table
 from painleve_sym.present.style import Look, inline_svg, save
 from painleve_sym.quantities import counted
 from painleve_sym.tables import Html, cell_text, markdown_table, text_lines
@@ -224,7 +224,7 @@ _FILTER = """
 """
 
 
-def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> Page:
+def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> HtmlPage:
     """Return the report as one page with formulas, and figures as SVG text by the item's label."""
     meanings = "".join(f"<dt>{escape(n)}</dt><dd>{escape(m)}</dd>" for n, m in VERDICTS.items())
     lead = (
@@ -235,13 +235,13 @@ def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> Page:
         + paragraph(ON_RECORD)
         + f"<dl>{meanings}</dl>"
     )
-    parts = [Part("Verdicts", f'<div id="verdicts">{_verdict_table(reproduction)}</div>')]
+    parts = [Section("Verdicts", f'<div id="verdicts">{_verdict_table(reproduction)}</div>')]
     for group, items in groupby(reproduction.items, lambda item: item.group):
-        parts.append(Part(_HEADINGS.get(group, f"{group}s").capitalize(), ""))
+        parts.append(Section(_HEADINGS.get(group, f"{group}s").capitalize(), ""))
         for item in items:
             label = reproduction.label(item)
-            parts.append(Part(item.title, _item_html(item, label, figures.get(label)), label, 3))
-    return Page("The paper again", lead, parts, _FILTER)
+            parts.append(Section(item.title, _item_html(item, label, figures.get(label)), label, 3))
+    return HtmlPage("The paper again", lead, parts, _FILTER)
 
 
 def _verdict_table(reproduction: Reproduction) -> str:

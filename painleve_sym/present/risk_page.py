@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.present.page import Page, Part, figure, paragraph, table
+from painleve_sym.present.page import HtmlPage, Section, figure, paragraph, table
 from painleve_sym.present.risk_figure import risk_figure
 from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
 from painleve_sym.present.style import svg_text
@@ -16,7 +16,7 @@ from painleve_sym.robots.report import RiskReport
 from painleve_sym.robots.trajectory import RiskTrajectory
 
 
-def risk_page(report: RiskReport, motion: RiskTrajectory | None = None) -> Page:
+def risk_page(report: RiskReport, motion: RiskTrajectory | None = None) -> HtmlPage:
     """Return the page of the risk of a contact at its pose, over its poses, and along a motion."""
     risk = report.risk
     bounded = math.isfinite(risk.mu_P)
@@ -64,23 +64,27 @@ def risk_page(report: RiskReport, motion: RiskTrajectory | None = None) -> Page:
     sizes = _cleaned(gradient, float(np.abs(gradient).max(initial=0.0))).tolist()
     slopes = [(n, g, f"1/{report.units[n]}") for n, g in zip(risk.gradient, sizes, strict=True)]
     parts = [
-        Part("Robot, contact and pose", table(("part", "value"), report.subject.rows, "subject")),
-        Part("Thresholds of friction", table(("quantity", "value"), rows, "thresholds")),
-        Part("Mobility W, 1/kg", table(("row", *axes), mobility, "mobility")),
+        Section(
+            "Robot, contact and pose", table(("part", "value"), report.subject.rows, "subject")
+        ),
+        Section("Thresholds of friction", table(("quantity", "value"), rows, "thresholds")),
+        Section("Mobility W, 1/kg", table(("row", *axes), mobility, "mobility")),
     ]
     if bounded:
         shown = table(("joint", "derivative", "unit"), slopes, "derivatives")
-        parts.append(Part("Derivatives of μ_P by joint values", shown))
+        parts.append(Section("Derivatives of μ_P by joint values", shown))
     if np.isfinite(report.distribution).any():
         drawing = svg_text(risk_figure(report), "risk", "Share of poses below each threshold")
         caption = f"Share of {len(report.distribution)} random poses with a smaller μ_P."
-        parts.append(Part("All poses", figure(drawing, caption)))
+        parts.append(Section("All poses", figure(drawing, caption)))
     if report.least is not None:
         pose = list(report.least.joints.items())
-        parts.append(Part("Pose with the least μ_P", table(("joint", "value"), pose, "worst pose")))
+        parts.append(
+            Section("Pose with the least μ_P", table(("joint", "value"), pose, "worst pose"))
+        )
     if motion is not None:
-        parts.append(Part("Along the motion", _along(motion)))
-    return Page(report.title, lead, parts)
+        parts.append(Section("Along the motion", _along(motion)))
+    return HtmlPage(report.title, lead, parts)
 
 
 def _cleaned(values: Array, size: float) -> Array:

@@ -21,8 +21,8 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.present.animation import Animation
 from painleve_sym.present.page import (
-    Page,
-    Part,
+    HtmlPage,
+    Section,
     figure,
     paragraph,
     preformatted,
@@ -43,7 +43,7 @@ MAX_OPERATIONS = 400
 """Longer formulas than this are left to `painleve derive`."""
 
 
-def run_page(scenario: Scenario, run: Trajectory) -> Page:
+def run_page(scenario: Scenario, run: Trajectory) -> HtmlPage:
     """Return the page of a motion, computed from the scenario."""
     mechanism = scenario.mechanism()
     title = scenario.title or f"{mechanism.title}: motion with law {run.law}"
@@ -55,21 +55,21 @@ def run_page(scenario: Scenario, run: Trajectory) -> Page:
     )
     lead += "".join(paragraph(notice) for notice in run.notices)
     parts = [
-        Part("Mechanism", _mechanism(mechanism, run)),
-        Part("Formulas", _formulas(mechanism)),
-        Part("Input", _input(scenario, run)),
+        Section("Mechanism", _mechanism(mechanism, run)),
+        Section("Formulas", _formulas(mechanism)),
+        Section("Input", _input(scenario, run)),
     ]
     if len(run.step_time):
         drawing = svg_text(trajectory_figure(run), "motion", "Forces and motion over time")
         caption = "Forces, coordinates and velocities over time, with the events marked."
-        parts.append(Part("Motion", figure(drawing, caption)))
+        parts.append(Section("Motion", figure(drawing, caption)))
     parts += [
-        Part("Events", _events(run)),
-        Part("End", _end(run)),
-        Part("Energy balance", _energy(run)),
-        Part("Sources", _sources(scenario, run)),
+        Section("Events", _events(run)),
+        Section("End", _end(run)),
+        Section("Energy balance", _energy(run)),
+        Section("Sources", _sources(scenario, run)),
     ]
-    return Page(title, lead, parts)
+    return HtmlPage(title, lead, parts)
 
 
 def scenario_command(scenario: Scenario) -> str:

@@ -67,7 +67,7 @@ class _Panel:
 
 
 @dataclass(frozen=True)
-class _Motion:
+class _Curves:
     """Curves of a motion that are drawn: times in s, forces in N."""
 
     run: Trajectory
@@ -175,11 +175,11 @@ def trajectory_figure(trajectory: Trajectory, width: float | None = None) -> Fig
             if trajectory.ended_at_start
             else "figure: the trajectory holds no steps. Fix: simulate with record='dense'."
         )
-    return _figure(_Motion(trajectory), PAGE if width is None else width)
+    return _figure(_Curves(trajectory), PAGE if width is None else width)
 
 
 @styled
-def _figure(motion: _Motion, width: float) -> Figure:
+def _figure(motion: _Curves, width: float) -> Figure:
     narrow = width < NARROW
     window = motion.window
     pairs = len(motion.states) // 2
@@ -224,7 +224,7 @@ def _force_rows(
 
 
 def _draw_forces(
-    axes: Axes, motion: _Motion, panel: _Panel, window: tuple[float, float] | None
+    axes: Axes, motion: _Curves, panel: _Panel, window: tuple[float, float] | None
 ) -> None:
     """Draw the forces of a panel over the motion, or over a window of magnified time; s."""
     scale, unit = motion.unit_of_time
@@ -251,7 +251,7 @@ def _draw_forces(
     _mark_events(axes, motion, scale, panel.latex != _FORCES["tangential_force"][0])
 
 
-def _draw_states(below: list[Axes], motion: _Motion) -> None:
+def _draw_states(below: list[Axes], motion: _Curves) -> None:
     scale, unit = motion.unit_of_time
     names = motion.run.names
     for axes, (name, values) in zip(below, motion.states.items(), strict=True):
@@ -269,7 +269,7 @@ def _draw_states(below: list[Axes], motion: _Motion) -> None:
         axes.set_xlabel(text_label("time", unit))
 
 
-def _mark_events(axes: Axes, motion: _Motion, scale: float, normal: bool) -> None:
+def _mark_events(axes: Axes, motion: _Curves, scale: float, normal: bool) -> None:
     """Mark events by ticks along the upper border, and on the normal force of the panel."""
     factor, _ = motion.unit_of_force
     colours, symbols = itertools.cycle(TICKS), itertools.cycle(_SYMBOLS)

@@ -21,8 +21,8 @@ from painleve_sym.problem.law import EDGE, EQUAL, Checked, ScaledLaw, Slips
 from painleve_sym.problem.products import PieceProduct
 from painleve_sym.problem.scaling import Placed
 from painleve_sym.problem.turning import (
-    Start,
     TurnedLaw,
+    TurningChoice,
     count_of_starts,
     directions,
     search,
@@ -35,7 +35,7 @@ MOST_MEETING = 4**6
 """Most choices of pieces that are tried around given forces."""
 
 
-class Answer(NamedTuple):
+class MotionWithForces(NamedTuple):
     """One motion with its forces.
 
     Attributes
@@ -66,7 +66,7 @@ class Answers:
 
     def __init__(self, law: ScaledLaw) -> None:
         self.law = law
-        self.all: list[Answer] = []
+        self.all: list[MotionWithForces] = []
         self.searched = False
         self._merged = False
         self._families: list[Family] = []
@@ -95,9 +95,9 @@ class Answers:
         """Check forces of complete pieces, and add them where their motion is another one."""
         checked = self.law.check(forces, slips)
         if checked is not None:
-            self._merge(Answer(checked))
+            self._merge(MotionWithForces(checked))
 
-    def _merge(self, answer: Answer) -> None:
+    def _merge(self, answer: MotionWithForces) -> None:
         motion = answer.checked.motion
         for k, other in enumerate(self.all):
             if self.law.same_motion(motion, other.checked.motion):
@@ -113,7 +113,7 @@ class Answers:
         if answer is not None:
             self._merge(answer)
 
-    def _of_family(self, law: ScaledLaw, family: Family) -> Answer | None:
+    def _of_family(self, law: ScaledLaw, family: Family) -> MotionWithForces | None:
         """Return what a singular choice leaves, None where that is nothing or known."""
         if not family.reached:
             self._families.append(family)
@@ -133,7 +133,7 @@ class Answers:
             return None
         if moves:
             self._moving.append((law, family))
-        return Answer(checked, 0, moves)
+        return MotionWithForces(checked, 0, moves)
 
     @cached_property
     def _may_be_open(self) -> bool:
@@ -158,7 +158,7 @@ class Answers:
             if open_ is not None and open_[1]:
                 forces, dimension = open_
                 checked = self.law.check(forces) or checked
-            self.all[k] = Answer(checked, dimension, moves)
+            self.all[k] = MotionWithForces(checked, dimension, moves)
 
     @staticmethod
     def _contains(law: ScaledLaw, family: Family, checked: Checked) -> bool:
@@ -175,7 +175,7 @@ class Answers:
             count = sum(len(piece.turning) for piece in chosen)
             if not count:
                 continue
-            start = Start(self.law, chosen)
+            start = TurningChoice(self.law, chosen)
             if count == 1:
                 if finer == 1:
                     self._turn_one(start)
@@ -184,7 +184,7 @@ class Answers:
                 for angles, forces in search(start, finer * count_of_starts(count)):
                     self._add(forces, start.slips(angles))
 
-    def _turn_one(self, start: Start) -> None:
+    def _turn_one(self, start: TurningChoice) -> None:
         samples: list[Checked] = []
         for angle, forces, everywhere in directions(start):
             if forces is None:
@@ -201,11 +201,11 @@ class Answers:
             if everywhere:
                 samples.append(checked)
             else:
-                self._merge(Answer(checked))
+                self._merge(MotionWithForces(checked))
         # Of all directions some were tried: two motions are a continuum, of which one is kept.
         moves = any(not self.law.same_motion(s.motion, samples[0].motion) for s in samples)
         if samples:
-            self._merge(Answer(samples[len(samples) // 2 if moves else 0], 0, moves))
+            self._merge(MotionWithForces(samples[len(samples) // 2 if moves else 0], 0, moves))
 
     # ---- about all answers ----
 
@@ -247,7 +247,7 @@ class Answers:
         return met
 
 
-def ordered(law: ScaledLaw, answers: list[Answer]) -> list[Answer]:
+def ordered(law: ScaledLaw, answers: list[MotionWithForces]) -> list[MotionWithForces]:
     """Return the answers by their normal forces, then by the others.
 
     Forces that differ by rounding alone are equal here: it must not decide the order.

@@ -53,7 +53,7 @@ import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.errors import InputError
-from painleve_sym.problem.answers import REGULAR, Answer, Answers, openness
+from painleve_sym.problem.answers import REGULAR, Answers, MotionWithForces, openness
 from painleve_sym.problem.complementarity.lcp import (
     LCP,
     RESIDUAL_TOLERANCE,
@@ -374,4 +374,4 @@ class ContactProblem(OnlyContact):
         checked = law.check(self._scaled(forces))
         if checked is None:
             return None
-        return solution_of(law, Answer(checked, *openness(law, checked)))
+        return solution_of(law, MotionWithForces(checked, *openness(law, checked)))

@@ -40,7 +40,7 @@ _KEPT = 4**3
 """Most choices that are kept: those of more contacts take memory, and their solution longer."""
 
 
-class Choice(NamedTuple):
+class PieceChoice(NamedTuple):
     """A piece of each constraint, and the system that it makes.
 
     The rows of a that vanish, and the directions of the forces by their columns.
@@ -51,18 +51,18 @@ class Choice(NamedTuple):
     columns: list[int]
 
 
-def _listed(offered: Sequence[Sequence[Piece]]) -> list[list[Choice]]:
+def _listed(offered: Sequence[Sequence[Piece]]) -> list[list[PieceChoice]]:
     """Return all choices of one piece for each constraint, by their number of unknowns."""
     ends = itertools.accumulate(len(piece.directions) for own in offered for piece in own)
     placed = [
         [(piece, range((end := next(ends)) - len(piece.directions), end)) for piece in own]
         for own in offered
     ]
-    groups: dict[int, list[Choice]] = {}
+    groups: dict[int, list[PieceChoice]] = {}
     for chosen in itertools.product(*placed):
         rows = [row for piece, _ in chosen for row in piece.vanishing]
         columns = [column for _, own in chosen for column in own]
-        choice = Choice(tuple([piece for piece, _ in chosen]), rows, columns)
+        choice = PieceChoice(tuple([piece for piece, _ in chosen]), rows, columns)
         groups.setdefault(len(columns), []).append(choice)
     return list(groups.values())
 
@@ -72,7 +72,7 @@ class _Offered(NamedTuple):
 
     pieces: tuple[tuple[Piece, ...], ...]
     directions: list[Linear]
-    choices: list[list[Choice]] | None
+    choices: list[list[PieceChoice]] | None
 
 
 # The same for all states in which the same constraints slide.
@@ -139,13 +139,13 @@ class PieceProduct:
         """Accelerations of these directions, as columns; shape (r, directions)."""
         return np.array(self._rates).reshape(-1, len(self.b)).T
 
-    def solve(self) -> tuple[list[tuple[Vector, Choice]], list[Choice]]:
+    def solve(self) -> tuple[list[tuple[Vector, PieceChoice]], list[PieceChoice]]:
         """Return the forces of every regular choice, and the choices that are singular.
 
         Some miss their inequalities by little: every point still needs its check. Forces on the
         border of two pieces appear twice.
         """
-        points, singular = list[tuple[Vector, Choice]](), list[Choice]()
+        points, singular = list[tuple[Vector, PieceChoice]](), list[PieceChoice]()
         largest = max(map(abs, self.b))
         for choices in self._groups():
             together = self._solve_together(choices) if len(choices[0].columns) > 2 else None
@@ -197,17 +197,17 @@ class PieceProduct:
                     partners.append(partner)
             yield np.array(partners) @ np.array(self.W) @ np.array(forces).T
 
-    def _groups(self) -> Iterable[Sequence[Choice]]:
+    def _groups(self) -> Iterable[Sequence[PieceChoice]]:
         """Return all choices, those with one number of unknowns together."""
         return self._choices or _listed(self.offered)
 
-    def _blocks(self, choices: Sequence[Choice]) -> tuple[FloatArray, IntArray, IntArray]:
+    def _blocks(self, choices: Sequence[PieceChoice]) -> tuple[FloatArray, IntArray, IntArray]:
         """Return the matrices of choices of one size, with their rows and columns."""
         rows = np.array([choice.rows for choice in choices], dtype=np.intp)
         columns = np.array([choice.columns for choice in choices], dtype=np.intp)
         return self.rates[rows[:, :, None], columns[:, None, :]], rows, columns
 
-    def _forces(self, choice: Choice, x: Sequence[float]) -> Vector:
+    def _forces(self, choice: PieceChoice, x: Sequence[float]) -> Vector:
         """Return the forces of the unknowns of a choice."""
         forces = [0.0] * len(self.b)
         for size, column in zip(x, choice.columns, strict=True):
@@ -216,7 +216,7 @@ class PieceProduct:
                 forces[row] += size * value
         return forces
 
-    def _solve_small(self, choice: Choice) -> Vector | None:
+    def _solve_small(self, choice: PieceChoice) -> Vector | None:
         """Return the unknowns of a system of at most two, or None where it is singular."""
         _, rows, columns = choice
         if not rows:
@@ -230,7 +230,7 @@ class PieceProduct:
         block = (left[first], right[first]), (left[second], right[second])
         return solve_two(block, (-self.b[first], -self.b[second]), RANK * len(self.b))
 
-    def _solve_together(self, choices: Sequence[Choice]) -> list[Vector | None]:
+    def _solve_together(self, choices: Sequence[PieceChoice]) -> list[Vector | None]:
         """Return the unknowns of systems of one size, None for those that are singular."""
         blocks, rows, _ = self._blocks(choices)
         stretch = np.linalg.svd(blocks, compute_uv=False)
@@ -238,7 +238,7 @@ class PieceProduct:
         solved = iter(solve_refined(blocks[regular], -np.array(self.b)[rows[regular]]).tolist())
         return [next(solved) if good else None for good in regular]
 
-    def _plausible(self, forces: Vector, choice: Choice, largest: float) -> bool:
+    def _plausible(self, forces: Vector, choice: PieceChoice, largest: float) -> bool:
         """Return whether forces may satisfy the inequalities of their pieces."""
         doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + largest)
         for piece in choice.pieces:

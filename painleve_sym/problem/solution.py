@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.equality import Compared
-from painleve_sym.problem.answers import Answer
+from painleve_sym.problem.answers import MotionWithForces
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.law import ROUNDING, ScaledLaw, Slips, accelerations
 from painleve_sym.problem.modes import ContactMode, slip_mode
@@ -272,7 +272,7 @@ def _mode(lifted: bool, ways: tuple[tuple[float, ...], ...]) -> ContactMode:
     return slip_mode(way[0]) if len(way) == 1 else ContactMode.SLIP
 
 
-def solution_of(law: ScaledLaw, answer: Answer) -> ContactSolution:
+def solution_of(law: ScaledLaw, answer: MotionWithForces) -> ContactSolution:
     """Return an answer in the units of the problem, with its accelerations."""
     checked = answer.checked
     forces = list(map(operator.mul, law.unit, checked.forces))

@@ -28,7 +28,7 @@ Turning = tuple[int, int]
 """A constraint, and one of its balls, whose slip begins in an unknown direction."""
 
 
-class Start:
+class TurningChoice:
     """A choice of pieces, in some of which a disc slips in a direction that is not known.
 
     Its forces are ``G x`` with one column for each turning ball more: its friction, by direction.
@@ -96,7 +96,7 @@ def slips_of(chosen: Sequence[Piece]) -> Slips:
 # ---- one ----
 
 
-def directions(start: Start) -> Iterator[tuple[float, Vector | None, bool]]:
+def directions(start: TurningChoice) -> Iterator[tuple[float, Vector | None, bool]]:
     """Yield the directions in which the one turning disc of a choice may begin to slip.
 
     With the forces, None where the direction alone is known; and whether it is one of a continuum.
@@ -166,7 +166,7 @@ def _null_moves(block: FloatArray, rates: FloatArray) -> bool:
     return bool(null.shape[1]) and bool(np.max(np.abs(rates @ null)) > 1e-10)
 
 
-def _bordered(start: Start) -> Iterator[tuple[float, Vector | None, bool]]:
+def _bordered(start: TurningChoice) -> Iterator[tuple[float, Vector | None, bool]]:
     """Yield the directions where the equations of the choice have a solution at all.
 
     There is one equation more than unknowns, so the matrix with the right side is singular; its
@@ -197,7 +197,7 @@ class _System:
     The unknowns are x and the angles; shapes (s, k) and (s, m) for s trials at once.
     """
 
-    def __init__(self, start: Start) -> None:
+    def __init__(self, start: TurningChoice) -> None:
         law, family = start.law, start.family
         self.W, self.b, self.G = family.W, family.b, family.G
         self.rows = family.rows
@@ -309,7 +309,7 @@ def _solved(slopes: FloatArray, missed: FloatArray) -> FloatArray:
         return np.asarray((np.linalg.pinv(slopes) @ missed[..., None])[..., 0], dtype=np.float64)
 
 
-def _polished(start: Start, angle: float, forces: FloatArray) -> tuple[float, Vector]:
+def _polished(start: TurningChoice, angle: float, forces: FloatArray) -> tuple[float, Vector]:
     """Return direction and forces after a Newton step of the whole system, where that is better.
 
     Elimination of the other constraints leaves more of an equation than its rounding.
@@ -342,7 +342,7 @@ def _without(system: _System, forces: FloatArray) -> FloatArray:
 # ---- several ----
 
 
-def search(start: Start, starts: int) -> Iterator[tuple[list[float], Vector]]:
+def search(start: TurningChoice, starts: int) -> Iterator[tuple[list[float], Vector]]:
     """Yield directions and forces of several turning discs to which Newton's method converged.
 
     All directions but one go around a grid of `starts` angles each; the last one then follows from
@@ -382,7 +382,7 @@ def count_of_starts(turning: int) -> int:
     return _STARTS.get(turning, 5)
 
 
-def _special(start: Start, i: int, k: int) -> list[float]:
+def _special(start: TurningChoice, i: int, k: int) -> list[float]:
     """Return directions that a singular mobility may single out: of b_t and of the couplings."""
     law = start.law
     p, q = law.constraints[i].balls[k].rows

@@ -22,13 +22,13 @@ from painleve_sym.robots.mjcf_settings import Settings, read_settings
 from painleve_sym.robots.tree import (
     MAX_BODIES,
     SAME_PLACE,
-    Body,
     Frame,
     Joint,
     JointKind,
     Place,
     Pose,
     RobotTree,
+    TreeBody,
     cleaned,
     inertia_doubt,
     quaternion_of,
@@ -241,7 +241,7 @@ class _Reading:
 
     settings: Settings
     drives: dict[str, tuple[float, list[float]]]
-    bodies: list[Body] = field(default_factory=list)
+    bodies: list[TreeBody] = field(default_factory=list)
     places: dict[str, dict[str, Frame]] = field(
         default_factory=lambda: {"body": {}, "geom": {}, "site": {}}
     )
@@ -282,7 +282,7 @@ class _Reading:
 
     def worlds(self, root: Element) -> None:
         """Read all that stands in the world, which is the base."""
-        self.bodies.append(Body("world", -1, *SAME_PLACE))
+        self.bodies.append(TreeBody("world", -1, *SAME_PLACE))
         self.add("body", "world", Frame(0, *SAME_PLACE))
         for world in root.findall("worldbody"):
             self.children(world, "", 0, moves=False)
@@ -330,7 +330,7 @@ class _Reading:
         for joint, anchor in joints:
             # A joint turns about its anchor; the body's frame comes back after it.
             position = position + rotation @ anchor
-            self.bodies.append(Body(f"{name}/{joint.name}", parent, rotation, position, joint))
+            self.bodies.append(TreeBody(f"{name}/{joint.name}", parent, rotation, position, joint))
             parent, rotation, position = len(self.bodies) - 1, np.eye(3), -anchor
         moves = moves or bool(joints)
         mass, center, inertia = solid
@@ -339,7 +339,7 @@ class _Reading:
         held = 0.0 if {"spring", "damper"} <= s.off else mass
         held *= one_number(element, "gravcomp", s.where, 0.0)
         compensated = held * np.array([1.0, *center])
-        self.bodies.append(Body(name, parent, rotation, position, None, *solid, compensated))
+        self.bodies.append(TreeBody(name, parent, rotation, position, None, *solid, compensated))
         index = len(self.bodies) - 1
         self.add("body", name, Frame(index, *SAME_PLACE))
         self.children(element, own, index, moves)
@@ -350,7 +350,7 @@ def _same_frame(a: Frame, b: Frame) -> bool:
     return a.body == b.body and same
 
 
-def _scaled(reading: _Reading, root: Element) -> list[Body]:
+def _scaled(reading: _Reading, root: Element) -> list[TreeBody]:
     """Return the bodies with the total mass that the file asks for, of all that it has."""
     wanted = reading.settings.total_mass
     if not wanted > 0:
@@ -372,7 +372,7 @@ def _scaled(reading: _Reading, root: Element) -> list[Body]:
     ]
 
 
-def _carried(bodies: Sequence[Body]) -> Iterator[float]:
+def _carried(bodies: Sequence[TreeBody]) -> Iterator[float]:
     """Yield the masses of the bodies that move; all of them where the base floats."""
     moves = [bodies[0].name != "world"]
     for body in bodies[1:]:

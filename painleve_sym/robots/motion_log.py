@@ -97,7 +97,7 @@ class TouchingRule:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MotionLog:
     """A logged motion of n samples.
 
     Attributes
@@ -125,7 +125,7 @@ class Motion:
 
 def read_motion(
     path: str | Path, contact: RobotContact, touching: TouchingRule | None = None
-) -> Motion:
+) -> MotionLog:
     """Return the motion of a CSV file with the time ``t``, joint values, velocities and torques.
 
     A velocity is called as its joint with ``_dot``, a torque as its joint after ``torque_``; the
@@ -175,7 +175,7 @@ def read_motion(
     notices = _unread(header, read, names) + _missing(contact, values, closed is None)
     if normals:
         notices.insert(0, "The normal at each sample is that of the log, scaled to unit length.")
-    return Motion(t, values, closed, tuple(notices))
+    return MotionLog(t, values, closed, tuple(notices))
 
 
 def _table(path: str | Path, where: str) -> tuple[list[str], list[list[str]]]:

@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.robots.tree import Body, Joint, JointKind, RobotTree, cross_matrix
+from painleve_sym.robots.tree import Joint, JointKind, RobotTree, TreeBody, cross_matrix
 
 
 class _Inertia(NamedTuple):
@@ -315,7 +315,7 @@ def _turn(axis: Array, angle: ca.SX) -> ca.SX:
     return c * ca.SX.eye(3) + s * across + (1 - c) * constant(np.outer(axis, axis))
 
 
-def _inertia(body: Body, R: ca.SX, p: ca.SX) -> _Inertia:
+def _inertia(body: TreeBody, R: ca.SX, p: ca.SX) -> _Inertia:
     if body.mass == 0.0 and not body.inertia.any():
         return _Inertia(ca.SX(1, 1), ca.SX(3, 1), ca.SX(3, 3))
     center = p + R @ constant(body.center)

@@ -17,7 +17,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.files import finite
 from painleve_sym.problem.one_contact import contact as contact_answer
 from painleve_sym.problem.solution import ContactCase
-from painleve_sym.robots.motion_log import Motion
+from painleve_sym.robots.motion_log import MotionLog
 from painleve_sym.robots.robot_contact import RobotContact
 
 FLIGHT, IMPACT, UNANSWERED = "flight", "impact", "unanswered"
@@ -124,7 +124,7 @@ def time_weights(t: Array) -> Array:
 
 
 def risk_along(
-    contact: RobotContact, motion: Motion, mu: float | None = None, rest: float = REST_SPEED
+    contact: RobotContact, motion: MotionLog, mu: float | None = None, rest: float = REST_SPEED
 ) -> RiskTrajectory:
     """Return the risk of a contact along a motion.
 

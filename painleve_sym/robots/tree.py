@@ -113,7 +113,7 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class TreeBody:
     """A rigid body with the joint that connects it to its parent.
 
     Attributes
@@ -197,7 +197,7 @@ class RobotTree:
     """
 
     name: str
-    bodies: tuple[Body, ...]
+    bodies: tuple[TreeBody, ...]
     frames: Mapping[str, Frame]
     floating: bool
     poses: Mapping[str, Pose] = field(default_factory=dict)
@@ -261,8 +261,8 @@ class RobotTree:
         """The same robot with each body that is fixed to its parent as a part of it."""
         # For each body: the one it is a part of, and its place there.
         places: list[tuple[int, Array, Array]] = []
-        parts: list[list[tuple[Body, Array, Array]]] = []
-        kept: list[Body] = []
+        parts: list[list[tuple[TreeBody, Array, Array]]] = []
+        kept: list[TreeBody] = []
         for body in self.bodies:
             into, (R, p) = -1, SAME_PLACE
             if body.parent >= 0:
@@ -348,7 +348,7 @@ class RobotTree:
         return replace(self, bodies=tuple(bodies))
 
 
-def _shape(body: Body) -> tuple[float | str, ...]:
+def _shape(body: TreeBody) -> tuple[float | str, ...]:
     """Return all of a body, its place and its joint that a name or an order cannot change.
 
     Lengths and masses that differ by rounding are equal in it.
@@ -369,7 +369,7 @@ def _shape(body: Body) -> tuple[float | str, ...]:
     return (*(np.round(flat, 9) + 0.0).tolist(), "" if joint is None else joint.kind.value)
 
 
-def _whole(parts: Sequence[tuple[Body, Array, Array]]) -> dict[str, Any]:
+def _whole(parts: Sequence[tuple[TreeBody, Array, Array]]) -> dict[str, Any]:
     """Return mass, centre and inertia of bodies with their places in one frame."""
     solids = [(b.mass, R @ b.center + p, R @ b.inertia @ R.T) for b, R, p in parts]
     if not any(mass for mass, _, _ in solids):

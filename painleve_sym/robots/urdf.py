@@ -16,7 +16,6 @@ from painleve_sym.robots.tree import (
     MASSLESS,
     MAX_BODIES,
     SAME_PLACE,
-    Body,
     Frame,
     Joint,
     JointKind,
@@ -25,6 +24,7 @@ from painleve_sym.robots.tree import (
     Pose,
     RobotTree,
     Solid,
+    TreeBody,
     inertia_doubt,
     inertia_fault,
     quaternion_of,
@@ -103,7 +103,7 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
         if above is not None and above is not free:
             parent_index, own = index[parent_of[link]], _joint(above, joints, where)
         mass, center, inertia = _inertia(links[link], where, notices)
-        bodies.append(Body(link, parent_index, *placed, own, mass, center, inertia))
+        bodies.append(TreeBody(link, parent_index, *placed, own, mass, center, inertia))
     frames = {link: Frame(i, *SAME_PLACE) for link, i in index.items()}
     floating, base = _base(floating, free, bodies)
     orientation = quaternion_of(bodies[0].rotation)
@@ -190,7 +190,7 @@ def _walk(root: str, children: dict[str, list[Element]]) -> Iterator[tuple[str, 
             waiting.append((child.get("link", "").strip(), element))
 
 
-def _base(asked: bool | None, free: Element | None, bodies: list[Body]) -> tuple[bool, str]:
+def _base(asked: bool | None, free: Element | None, bodies: list[TreeBody]) -> tuple[bool, str]:
     """Return whether the base floats, and a sentence that says why."""
     root = bodies[0].name
     if asked is not None:
@@ -210,7 +210,7 @@ def _base(asked: bool | None, free: Element | None, bodies: list[Body]) -> tuple
     )
 
 
-def _fixed_to_base(bodies: list[Body]) -> Iterator[Body]:
+def _fixed_to_base(bodies: list[TreeBody]) -> Iterator[TreeBody]:
     fixed: set[int] = set()
     for i, body in enumerate(bodies):
         if body.parent < 0 or (body.joint is None and body.parent in fixed):

@@ -35,7 +35,7 @@ def case(tmp_path_factory):
     scenario = Scenario(str(path), law="linear", state={"h": 0.0, "names_dot": 1.0}, t_end=1e-3)
     simulator = simulator_of(scenario.mechanism(), scenario.contact_law())
     trajectory, place = scenario.simulate(), simulator.at(scenario.start())
-    return export.Case(
+    return export.ExampleCode(
         name="plain",
         simulator=simulator,
         engine_name=trajectory.engine,

@@ -245,7 +245,7 @@ reason = "it rises by {height:.1f} m"
 TINY_ITEMS = """
 import sympy as sp
 from painleve_sym.papers.claims import read_claims
-from painleve_sym.papers.item import Outcome, Verdict
+from painleve_sym.papers.item import ItemOutcome, Verdict
 from painleve_sym.papers.formula import identical
 from painleve_sym.papers.panels import Axis, Panel, line
 from pathlib import Path
@@ -256,11 +256,11 @@ class Workbench:
 def formula(bench):
     g, t = sp.symbols("g t")
     printed = bench.claims.expression("eq-1", {"g": g, "t": t})
-    return Outcome("", Verdict.of(identical(printed, sp.integrate(g * t, t))))
+    return ItemOutcome("", Verdict.of(identical(printed, sp.integrate(g * t, t))))
 
 def figure(bench):
     panel = Panel(Axis("$t$"), Axis("$h$"), (line("", [0, 1], [0, 1]),))
-    return Outcome("it rises", Verdict.DIFFERS, {"height": 2.0}, panels=(panel,))
+    return ItemOutcome("it rises", Verdict.DIFFERS, {"height": 2.0}, panels=(panel,))
 
 COMPUTE = {"eq-1": formula, "fig-7": figure}
 """

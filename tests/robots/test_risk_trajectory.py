@@ -13,7 +13,7 @@ import pytest
 import painleve_sym as ps
 from painleve_sym.errors import InputError
 from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
-from painleve_sym.robots.motion_log import Motion, TouchingRule, read_motion
+from painleve_sym.robots.motion_log import MotionLog, TouchingRule, read_motion
 from painleve_sym.robots.trajectory import risk_along, time_weights
 
 ROBOTS = Path(__file__).parents[2] / "examples" / "robots"
@@ -52,7 +52,7 @@ def test_every_sample_is_the_pose_by_itself(finger):
     assert {risk.case[k] for k in np.flatnonzero(rates > 0.02)} == {"flight"}
     assert {risk.case[k] for k in np.flatnonzero(rates < -0.02)} == {"impact"}
     # Without torques and velocities there is a threshold, but no case.
-    bare = Motion(motion.t, {n: motion.values[n] for n in ("yaw", "pitch", "roll")})
+    bare = MotionLog(motion.t, {n: motion.values[n] for n in ("yaw", "pitch", "roll")})
     assert risk_along(finger, bare, 1.0).case == ()
     assert risk_along(finger, bare).share_at_risk is None
     assert risk_along(finger, bare, 1.0).share_closed == pytest.approx(1)
@@ -60,7 +60,7 @@ def test_every_sample_is_the_pose_by_itself(finger):
 
 def test_figure_shades_the_time_at_risk(finger):
     bare = read_motion(MOTION, finger)
-    bare = Motion(bare.t, {n: bare.values[n] for n in ("yaw", "pitch", "roll")}, bare.t > 0.5)
+    bare = MotionLog(bare.t, {n: bare.values[n] for n in ("yaw", "pitch", "roll")}, bare.t > 0.5)
     risk = risk_along(finger, bare, 1.0)
     assert 0 < risk.at_risk.sum() < (risk.mu_P < 1).sum()
     (axes,) = risk_trajectory_figure(risk).axes

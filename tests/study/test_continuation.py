@@ -12,7 +12,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
-from painleve_sym.study.critical.continuation import Setting, critical_curve
+from painleve_sym.study.critical.continuation import VariedCase, critical_curve
 from painleve_sym.study.critical.gradient import critical_force_gradient
 from painleve_sym.study.critical.growth_rate import compare_growth
 from tests.support.paper_law import paper_law
@@ -83,7 +83,7 @@ def test_continuation_refuses_what_it_cannot_start(finder):
 
 
 def test_setting_finds_values_of_parameters_and_states(finder):
-    setting = Setting(finder, TABLE_4, {"mu": 1.5})
+    setting = VariedCase(finder, TABLE_4, {"mu": 1.5})
     assert [setting.value(n) for n in ("mu", "E", "theta", "y_A_dot")] == [1.5, 20.9e10, 1.0, 0.0]
 
 

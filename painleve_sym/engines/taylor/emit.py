@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from painleve_sym.engines.c_texts import number_text
 from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
-from painleve_sym.engines.taylor.tape import FLAT, Combination, Tape
+from painleve_sym.engines.taylor.tape import FLAT, Combination, SeriesTape
 
 WIDTH = 4
 """Products side by side: doubles in a vector."""
@@ -123,7 +123,7 @@ class SeriesCode:
     the column that follows those of the states, the next one by default.
     """
 
-    def __init__(self, tape: Tape, name: str, first: int | None = None) -> None:
+    def __init__(self, tape: SeriesTape, name: str, first: int | None = None) -> None:
         self.tape, self.name = tape, name
         self.states = len(tape.rates)
         self._slots: dict[Scalar, int] = {}

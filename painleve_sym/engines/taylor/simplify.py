@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections import Counter
 
 from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
-from painleve_sym.engines.taylor.tape import PAIRS, Combination, Node, Tape
+from painleve_sym.engines.taylor.tape import PAIRS, Combination, Node, SeriesTape
 
 _PASSES = 12
 """More passes have never simplified anything."""
 
 
-def simplify(tape: Tape) -> Tape:
+def simplify(tape: SeriesTape) -> SeriesTape:
     """Return an equal tape with as few products as the rules below find."""
     best = tape
     # A shared ratio is no longer a term over a common denominator, so it comes last.
     for ratios in (False, True):
-        current, before = best, list[tuple[bool, Tape]]()
+        current, before = best, list[tuple[bool, SeriesTape]]()
         for i in range(_PASSES):
             distribute = i % 2 == 1
             # A pass over the same tape once more begins what would only repeat itself.
@@ -45,7 +45,7 @@ class _Rebuild:
         Whether (a·b)/d and (a'·b)/d become a·(b/d) and a'·(b/d), where the others apply.
     """
 
-    def __init__(self, tape: Tape, *, distribute: bool, ratios: bool) -> None:
+    def __init__(self, tape: SeriesTape, *, distribute: bool, ratios: bool) -> None:
         self._old, self._distribute = tape, distribute
         self._live = tape.reachable()
         roots = [*tape.rates, *tape.guards]
@@ -56,7 +56,7 @@ class _Rebuild:
         }
         self._ratios = self._shared_ratios() if ratios and not distribute else {}
         self._rows = [i for i in self._live if tape.nodes[i].op == "linear"]
-        new = self._new = Tape(scalars=tape.scalars)
+        new = self._new = SeriesTape(scalars=tape.scalars)
         self._map: dict[int, Combination] = {}
         for i in range(len(tape.rates)):
             self._map[i] = new.single(tape.nodes[i])

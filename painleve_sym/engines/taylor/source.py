@@ -18,7 +18,7 @@ from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
 from painleve_sym.engines.taylor.scalars import Scalar
 from painleve_sym.engines.taylor.simplify import simplify
 from painleve_sym.engines.taylor.tangents import TangentCode, Tangents
-from painleve_sym.engines.taylor.tape import Tape, build
+from painleve_sym.engines.taylor.tape import SeriesTape, build
 from painleve_sym.errors import NoRecurrence
 
 _FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
@@ -41,7 +41,7 @@ _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""
 
 
-def tapes(functions: AutomatonFunctions) -> list[Tape]:
+def tapes(functions: AutomatonFunctions) -> list[SeriesTape]:
     """Return the tape of every mode and variant.
 
     Raises
@@ -124,7 +124,7 @@ def _twice(text: str) -> str:
     return one + _in_lanes(lanes)
 
 
-def _code(functions: AutomatonFunctions, tape: Tape, name: str) -> _ModeCode:
+def _code(functions: AutomatonFunctions, tape: SeriesTape, name: str) -> _ModeCode:
     if not functions.directions:
         return _ModeCode(SeriesCode(tape, name), None)
 

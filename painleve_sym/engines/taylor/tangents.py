@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 from painleve_sym.engines.taylor.emit import SeriesCode
 from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
-from painleve_sym.engines.taylor.tape import Combination, Node, Tape
+from painleve_sym.engines.taylor.tape import Combination, Node, SeriesTape
 
 _LOADS = 14
 """Sums in one loop: more would not stay in registers."""
@@ -46,7 +46,7 @@ rule: rates do not contain it."""
 
 
 @dataclass(frozen=True)
-class Rule:
+class TangentRule:
     """divisor · dc = Σ partial · d argument + Σ d scalar · row.
 
     Attributes
@@ -92,7 +92,9 @@ class Tangents:
         Of the nodes that are neither states nor sums.
     """
 
-    def __init__(self, tape: Tape, states: Sequence[int], moves: Callable[[Scalar], bool]) -> None:
+    def __init__(
+        self, tape: SeriesTape, states: Sequence[int], moves: Callable[[Scalar], bool]
+    ) -> None:
         self.tape, self.states, self._of_scalars = tape, list(states), moves
         self._moving = set(states)
         for i in tape.reachable():
@@ -131,7 +133,7 @@ class Tangents:
                 front += self.tape.nodes[n].operands
         return sorted(needed)
 
-    def _rule(self, i: int) -> Rule:
+    def _rule(self, i: int) -> TangentRule:
         tape, node = self.tape, self.tape.nodes[i]
 
         def multiple(factor: Scalar, row: int) -> int:
@@ -147,11 +149,11 @@ class Tangents:
                 log = tape.node(Node("log", (base,)))
                 scalars = ((exponent, tape.node(Node("mul", (i, log)))),)
             slope = multiple(exponent, tape.node(Node("div", (i, base))))
-            return Rule(((slope, base),) if base in self._moving else (), scalars=scalars)
+            return TangentRule(((slope, base),) if base in self._moving else (), scalars=scalars)
         rows = dict(enumerate(node.args)) | {_OWN: i, _PAIR: tape.pair(i)}
         divisor, terms = _RULES[node.op]
         moving = (t for t in terms if node.args[t[2]] in self._moving)
-        rule = Rule(
+        rule = TangentRule(
             tuple(
                 (None if p is None else multiple(Scalar(c), rows[p]), node.args[a])
                 for c, p, a in moving

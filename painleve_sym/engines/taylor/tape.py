@@ -81,7 +81,7 @@ PRODUCTS |= {"pow": 2, "atan2": 3}
 
 
 @dataclass
-class Tape:
+class SeriesTape:
     """Expression graph whose nodes are rows of Taylor coefficients.
 
     The rates are ẋ, one per state; `others` are nodes that are needed besides.
@@ -261,13 +261,13 @@ class Tape:
         return base if base is not node and base.op == "ramp" else None
 
 
-def build(expressions: ca.SX, x: ca.SX, z: ca.SX, c: ca.SX, rates: int) -> Tape:
+def build(expressions: ca.SX, x: ca.SX, z: ca.SX, c: ca.SX, rates: int) -> SeriesTape:
     """Return the tape of expressions: the rates of the states, this many, then the guards.
 
     NoRecurrence names the operation that has none; x, z and c are states, memory and constants.
     """
     function = ca.Function("f", [x, z, c], [ca.cse(ca.densify(expressions))])
-    tape = Tape()
+    tape = SeriesTape()
     states = [tape.single(Node("state", state_index=i)) for i in range(x.numel())]
     # A state that rests in this mode is as good as a parameter.
     resting = [i for i in range(rates) if expressions[i].is_zero()]
@@ -299,7 +299,7 @@ _Rule = Callable[..., Combination]
 _MINUS, _TWO = Scalar(-1.0), Scalar(2.0)
 
 
-def _beside(t: Tape, a: Combination) -> Combination:
+def _beside(t: SeriesTape, a: Combination) -> Combination:
     square = t.times(a, a).scaled(_MINUS)
     return t.function("sqrt", t.plus(Combination(ONE), square))
 
@@ -338,7 +338,7 @@ _NAMES: dict[int, str] = {
 }
 
 
-def _operate(tape: Tape, op: int, args: list[Combination]) -> Combination:
+def _operate(tape: SeriesTape, op: int, args: list[Combination]) -> Combination:
     rule = _RULES.get(op)
     if all(a.is_scalar for a in args):
         infinite = op in (ca.OP_DIV, ca.OP_INV) and args[-1].constant.is_zero

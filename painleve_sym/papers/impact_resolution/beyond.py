@@ -8,7 +8,7 @@ import numpy as np
 
 from painleve_sym.papers.impact_resolution.claims import STIFF
 from painleve_sym.papers.impact_resolution.runs import Workbench, modulus_text
-from painleve_sym.papers.item import Outcome, checked, table
+from painleve_sym.papers.item import ItemOutcome, checked, table
 from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
 from painleve_sym.study.comparisons.finite_stiffness import (
     RULES,
@@ -56,7 +56,7 @@ def _panels(c: CorrectedComparison) -> tuple[Panel, Panel]:
     )
 
 
-def compute_corrected(bench: Workbench) -> Outcome:
+def compute_corrected(bench: Workbench) -> ItemOutcome:
     """Set the corrected rule beside the classical one over E."""
     c = compared(bench)
     at = int(np.flatnonzero(c.stiffness == STIFF)[0])

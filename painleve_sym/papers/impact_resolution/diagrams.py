@@ -13,7 +13,7 @@ from painleve_sym.at.classification import Classification
 from painleve_sym.motion.time_stepping.mpcc import solve_mpcc_all
 from painleve_sym.papers.impact_resolution.claims import NUMBERS
 from painleve_sym.papers.impact_resolution.runs import Workbench
-from painleve_sym.papers.item import Outcome, checked, table
+from painleve_sym.papers.item import ItemOutcome, checked, table
 from painleve_sym.papers.panels import FORCE, NORMAL_ACCELERATION, Mark, Panel, line
 from painleve_sym.problem.complementarity import solve_lemke
 from painleve_sym.problem.contact_problem import ContactProblem
@@ -128,7 +128,7 @@ def _impulse(solution: ContactSolution, slip: float) -> dict[str, Any]:
     }
 
 
-def compute_diagram(name: str, bench: Workbench) -> Outcome:
+def compute_diagram(name: str, bench: Workbench) -> ItemOutcome:
     """Solve the contact problem of one diagram by every method."""
     diagram = DIAGRAMS[name]
     rigid = bench.rigid(diagram.table)
@@ -163,7 +163,7 @@ def compute_diagram(name: str, bench: Workbench) -> Outcome:
     )
 
 
-def compute_cases(bench: Workbench) -> Outcome:
+def compute_cases(bench: Workbench) -> ItemOutcome:
     """Show the four sign patterns of A and B with the states of Tables 1–4."""
     panels, checks, rows = [], {}, []
     signs = {1: (1, -1), 2: (1, 1), 3: (-1, -1), 4: (-1, 1)}

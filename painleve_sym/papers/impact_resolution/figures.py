@@ -21,14 +21,14 @@ from painleve_sym.papers.impact_resolution.runs import (
     JUMP_UPS,
     SLIDING,
     SLIDING_ELASTIC,
-    Case,
+    RunCase,
     Workbench,
     first,
     history,
     modulus_label,
     modulus_text,
 )
-from painleve_sym.papers.item import Outcome, checked, table
+from painleve_sym.papers.item import ItemOutcome, checked, table
 from painleve_sym.papers.panels import FORCE, TIME_S, Axis, Panel, line, window
 
 SETTLED = 0.05
@@ -61,7 +61,7 @@ def reload_gain(run: Trajectory) -> float:
     return float(gain)
 
 
-def _force_panel(bench: Workbench, case: Case, title: str, kinds: tuple[str, ...] = ()) -> Panel:
+def _force_panel(bench: Workbench, case: RunCase, title: str, kinds: tuple[str, ...] = ()) -> Panel:
     """Return F_n over time with the drifting −B/A beside it."""
     run = bench.run(case)
     panel = history(bench, [("$F_n$", case)], "normal_force", case.t_end, kinds, title)
@@ -85,7 +85,7 @@ def _sliding_panels(bench: Workbench) -> tuple[Panel, ...]:
     )
 
 
-def compute_sliding(bench: Workbench) -> Outcome:
+def compute_sliding(bench: Workbench) -> ItemOutcome:
     """Fig. 4: the force oscillates, settles and then follows −B/A."""
     checks, rows, texts = dict[str, bool](), list[list[Any]](), []
     for modulus, case in SLIDING.items():
@@ -115,7 +115,7 @@ def compute_sliding(bench: Workbench) -> Outcome:
     )
 
 
-def compute_jump_up(bench: Workbench) -> Outcome:
+def compute_jump_up(bench: Workbench) -> ItemOutcome:
     """Fig. 6: the rod leaves at once."""
     run = bench.run(JUMP_UP)
     times = window(run, 0.0, run.final_time)
@@ -135,7 +135,7 @@ def compute_jump_up(bench: Workbench) -> Outcome:
     )
 
 
-def compute_jump_ups(bench: Workbench) -> Outcome:
+def compute_jump_ups(bench: Workbench) -> ItemOutcome:
     """Fig. 12: below F_n* the force only decays and the rod leaves."""
     end, checks, rows = 5e-4, dict[str, bool](), list[list[Any]]()
     for force, case in JUMP_UPS.items():

@@ -28,7 +28,7 @@ from painleve_sym.papers.claims import Claims
 from painleve_sym.papers.formula import identical
 from painleve_sym.papers.impact_resolution.claims import CLAIMS
 from painleve_sym.papers.impact_resolution.runs import Workbench
-from painleve_sym.papers.item import Outcome, Verdict
+from painleve_sym.papers.item import ItemOutcome, Verdict
 
 POSITIVE = (
     "delta delta_0 delta_max delta_p n e_s E nu R R_1 R_2 R_star l_0 K_e F_n_max F_n0 W_c E_nc "
@@ -253,7 +253,7 @@ DERIVE: dict[str, Derive] = {
 }
 
 
-def compare(claims: Claims, name: str, d: Derived) -> Outcome:
+def compare(claims: Claims, name: str, d: Derived) -> ItemOutcome:
     """Return the verdict on one formula: an identity, a misprint, or a difference."""
     claim, derived, meaning = claims.formulas[name], DERIVE[name](d), abbreviations(d)
     names = _latex_names(d)
@@ -263,7 +263,7 @@ def compare(claims: Claims, name: str, d: Derived) -> Outcome:
         data |= {"printed": str(printed), "printed_latex": sp.latex(printed, symbol_names=names)}
         data["printed_mathml"] = mathml(printed)
         if identical(printed.subs(meaning), derived):
-            return Outcome("identical", Verdict.REPRODUCED, data=data)
+            return ItemOutcome("identical", Verdict.REPRODUCED, data=data)
     if claim.corrected:
         corrected = claims.expression(name, d.names, corrected=True)
         if identical(corrected.subs(meaning), derived):
@@ -272,9 +272,9 @@ def compare(claims: Claims, name: str, d: Derived) -> Outcome:
             if claim.expression:
                 marked, parts = with_marks(printed, corrected)
                 data["printed_mathml"] = mathml(marked, marked=parts)
-            return Outcome(claim.holds, claim.expected, data=data)
+            return ItemOutcome(claim.holds, claim.expected, data=data)
     data["derived_latex"] = sp.latex(derived, symbol_names=names)
-    return Outcome(f"derived: {derived}", Verdict.DIFFERS, data=data)
+    return ItemOutcome(f"derived: {derived}", Verdict.DIFFERS, data=data)
 
 
 def _latex_names(d: Derived) -> dict[sp.Symbol, str]:
@@ -300,7 +300,7 @@ def derived_forms(bench: Workbench) -> Derived:
     return bench.shared("derived", lambda: Derived(bench.rod))
 
 
-def _compute(name: str, bench: Workbench) -> Outcome:
+def _compute(name: str, bench: Workbench) -> ItemOutcome:
     return compare(CLAIMS, name, derived_forms(bench))
 
 

@@ -19,14 +19,14 @@ from painleve_sym.papers.impact_resolution.runs import (
     LOADED_SPEED,
     OTHER_SPEEDS,
     SPEED_FORCE,
-    Case,
+    RunCase,
     Workbench,
     history,
     modulus_label,
     modulus_text,
     needed,
 )
-from painleve_sym.papers.item import Outcome, checked, table
+from painleve_sym.papers.item import ItemOutcome, checked, table
 from painleve_sym.papers.panels import COMPRESSION, FORCE_KN, Mark, Panel, line, window
 
 EVENTS = ("slip_stop", "max_compression", "separation")
@@ -69,7 +69,7 @@ def loop(run: Trajectory) -> Panel:
     return Panel(COMPRESSION, FORCE_KN, (curve,), tuple(marks))
 
 
-def compute_impact(bench: Workbench) -> Outcome:
+def compute_impact(bench: Workbench) -> ItemOutcome:
     """Fig. 8: sliding, sticking compression, sticking restitution, rebound."""
     run, end = bench.run(IMPACT), IMPACT.t_end
     at = milestones(run)
@@ -96,7 +96,7 @@ def compute_impact(bench: Workbench) -> Outcome:
     )
 
 
-def _peaks(bench: Workbench, cases: Mapping[float, Case]) -> list[list[Any]]:
+def _peaks(bench: Workbench, cases: Mapping[float, RunCase]) -> list[list[Any]]:
     """Return parameter, duration, time of the slip stop and peak force of each impact."""
     rows = []
     for value, case in cases.items():
@@ -108,7 +108,7 @@ def _peaks(bench: Workbench, cases: Mapping[float, Case]) -> list[list[Any]]:
 _COLUMNS = ["slip stops (s)", "separation (s)", "peak force (N)", "ẏ_A at separation (m/s)"]
 
 
-def compute_stiffer(cases: Mapping[float, Case], end: float, bench: Workbench) -> Outcome:
+def compute_stiffer(cases: Mapping[float, RunCase], end: float, bench: Workbench) -> ItemOutcome:
     """Figs. 9 and 14: F_n for several moduli."""
     rows = _peaks(bench, cases)
     checks = {
@@ -127,7 +127,7 @@ def compute_stiffer(cases: Mapping[float, Case], end: float, bench: Workbench) -
     return checked(computed, checks, data, (panel,))
 
 
-def compute_speeds(bench: Workbench) -> Outcome:
+def compute_speeds(bench: Workbench) -> ItemOutcome:
     """Fig. 10: the speed hardly matters, surface energy shortens the impact."""
     rows = _peaks(bench, OTHER_SPEEDS)
     loaded = _peaks(bench, {SPEED_FORCE: LOADED_SPEED})[0]
@@ -154,7 +154,7 @@ def compute_speeds(bench: Workbench) -> Outcome:
     )
 
 
-def compute_loaded(bench: Workbench) -> Outcome:
+def compute_loaded(bench: Workbench) -> ItemOutcome:
     """Fig. 13: above F_n* the motion is like that in the inconsistent field."""
     end = 2.4e-4
     checks = {}

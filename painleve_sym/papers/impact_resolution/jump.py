@@ -10,7 +10,7 @@ import sympy as sp
 from painleve_sym.papers.impact_resolution.claims import CLAIMS, STIFF
 from painleve_sym.papers.impact_resolution.formulas import derived_forms
 from painleve_sym.papers.impact_resolution.runs import MODULI, Workbench, modulus_text
-from painleve_sym.papers.item import Outcome, Verdict, checked, table
+from painleve_sym.papers.item import ItemOutcome, Verdict, checked, table
 from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
 from painleve_sym.study.comparisons.jump_convergence import JumpComparison, compare_jump
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
@@ -63,7 +63,7 @@ def _printed_jump(bench: Workbench) -> dict[str, float]:
     return results
 
 
-def compute_values(bench: Workbench) -> Outcome:
+def compute_values(bench: Workbench) -> ItemOutcome:
     """Evaluate the printed rule and the package's jump side by side."""
     printed, jump = _printed_jump(bench), comparison(bench).jump
     first, second, third = jump.phases
@@ -120,7 +120,7 @@ def _panels(c: JumpComparison) -> tuple[Panel, Panel]:
     )
 
 
-def compute_convergence(bench: Workbench) -> Outcome:
+def compute_convergence(bench: Workbench) -> ItemOutcome:
     """Measure how the compliant impacts converge to the rule."""
     c = comparison(bench)
     n = -0.5 / c.expected_order
@@ -174,7 +174,7 @@ def _dropped_impulse(bench: Workbench, c: JumpComparison) -> np.ndarray[Any, Any
     return ratio
 
 
-def compute_precision(bench: Workbench) -> Outcome:
+def compute_precision(bench: Workbench) -> ItemOutcome:
     """§4: how precise the rule is for E above 1e14 Pa."""
     c = comparison(bench)
     rows = list[list[Any]]()
@@ -188,7 +188,7 @@ def compute_precision(bench: Workbench) -> Outcome:
     worst = max(abs(row[4]) for row in rows)
     enough = next(E for k, E, *_, r in rows if k == "y_A_dot(t3)" and abs(r) < PRECISE)
     columns = ["quantity", "E (Pa)", "rule", "softened", "rule off by"]
-    return Outcome(
+    return ItemOutcome(
         f"at {modulus_text(STIFF)}: ẏ_A(t3) {rebound[2]:.5f} for {rebound[3]:.5f} "
         f"({100 * rebound[4]:+.0f} %), θ̇(t3) {spin[2]:.5f} for {spin[3]:.5f}",
         Verdict.of(worst <= PRECISE),
@@ -204,7 +204,7 @@ def _thresholds(bench: Workbench) -> list[list[float]]:
     return [[E, *(finder.find(state, {"E": E}, border=b).value for b in Border)] for E in MODULI]
 
 
-def compute_critical(bench: Workbench) -> Outcome:
+def compute_critical(bench: Workbench) -> ItemOutcome:
     """§3.4: which initial force separates lift-off from impact."""
     critical = -bench.rigid(4).B / bench.rigid(4).A
     rows = bench.shared("thresholds", lambda: _thresholds(bench))
@@ -224,7 +224,7 @@ def compute_critical(bench: Workbench) -> Outcome:
         ),
     )
     orders = np.diff(np.log10(excess)) / np.diff(np.log10(moduli))
-    return Outcome(
+    return ItemOutcome(
         f"F_n* = {critical:.3f} N; at E = {modulus_text(STIFF)} the slip stops from {at[1]:.4f} N, "
         f"before the maximum from {at[2]:.4f} N",
         Verdict.of(same, corrected=not tends),
@@ -242,7 +242,7 @@ def compute_critical(bench: Workbench) -> Outcome:
     )
 
 
-def compute_unstable(bench: Workbench) -> Outcome:
+def compute_unstable(bench: Workbench) -> ItemOutcome:
     """§3.4: sliding with F_n* is left on both sides."""
     critical = -bench.rigid(4).B / bench.rigid(4).A
     kinds = {}

@@ -17,7 +17,7 @@ from painleve_sym.motion.rigidity import contact_durations
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.papers.impact_resolution.claims import SOFT, STIFF
 from painleve_sym.papers.impact_resolution.runs import Workbench, modulus_text
-from painleve_sym.papers.item import Outcome, checked, table
+from painleve_sym.papers.item import ItemOutcome, checked, table
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 
 T_END = 1.0
@@ -64,7 +64,7 @@ def _case(bench: Workbench, name: str) -> dict[str, Any]:
     }
 
 
-def compute_physical(bench: Workbench) -> Outcome:
+def compute_physical(bench: Workbench) -> ItemOutcome:
     """Set the three rules beside the compliant impact of Table 3 at every material."""
     cases = {name: _case(bench, name) for name in (*_PAPER, *materials())}
     off = {
@@ -101,7 +101,7 @@ def compute_physical(bench: Workbench) -> Outcome:
     )
 
 
-def compute_physical_force(bench: Workbench) -> Outcome:
+def compute_physical_force(bench: Workbench) -> ItemOutcome:
     """Set the critical force of Table 4 at every material beside the paper's modulus and F_n*."""
     state = bench.state(4)
     limit = -bench.rigid(4).B / bench.rigid(4).A
@@ -127,7 +127,7 @@ def compute_physical_force(bench: Workbench) -> Outcome:
     )
 
 
-def compute_physical_friction(bench: Workbench) -> Outcome:
+def compute_physical_friction(bench: Workbench) -> ItemOutcome:
     """Set the friction of real pairs beside the least with which the rigid rod has the paradox."""
     least = float(least_over_directions(bench.rod.coefficients).subs(_at_rest(bench.rod)))
     rows: list[list[Any]] = [

@@ -12,19 +12,19 @@ from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.papers.claims import Printed
 from painleve_sym.papers.impact_resolution import runs
 from painleve_sym.papers.impact_resolution.claims import CLAIMS, NAMED_MODULI
-from painleve_sym.papers.impact_resolution.runs import LONG, Case, Workbench, needed
-from painleve_sym.papers.item import Outcome, Verdict, checked, table
+from painleve_sym.papers.impact_resolution.runs import LONG, RunCase, Workbench, needed
+from painleve_sym.papers.item import ItemOutcome, Verdict, checked, table
 
 REFERENCES = CLAIMS.data["references"]
 # Fourteen digits want more than the default accuracy; round-off then is some 1e-15.
 FINE = 1e-14
 
 
-def compute_reference(name: str, bench: Workbench) -> Outcome:
+def compute_reference(name: str, bench: Workbench) -> ItemOutcome:
     """Compare one run with the values computed elsewhere."""
     reference = REFERENCES[name]
     modulus = NAMED_MODULI[reference["modulus"]]
-    run = bench.run(Case(reference["table"], modulus, LONG, until=reference["until"], rtol=FINE))
+    run = bench.run(RunCase(reference["table"], modulus, LONG, until=reference["until"], rtol=FINE))
     rows, largest = list[list[Any]](), 0.0
     for kind, quantity, text, *within in reference["values"]:
         event, digits = needed(run, kind), Printed(text, *within)
@@ -41,7 +41,7 @@ def compute_reference(name: str, bench: Workbench) -> Outcome:
     where = "in every digit" if exact else "within the accuracy of the reference"
     simulator = bench.simulator()
     constants = simulator.constants(simulator.parameters({"E": modulus}))
-    return Outcome(
+    return ItemOutcome(
         f"{agree} of {len(rows)} agree {where}",
         Verdict.of(agree == len(rows)),
         data={
@@ -54,18 +54,18 @@ def compute_reference(name: str, bench: Workbench) -> Outcome:
     )
 
 
-def all_cases() -> dict[str, Case]:
+def all_cases() -> dict[str, RunCase]:
     """Return every case of the figures and statements by the name of its constant."""
-    cases: dict[str, Case] = {}
+    cases: dict[str, RunCase] = {}
     for name, value in vars(runs).items():
-        if isinstance(value, Case):
+        if isinstance(value, RunCase):
             cases[name] = value
-        elif isinstance(value, dict) and all(isinstance(v, Case) for v in value.values()):
+        elif isinstance(value, dict) and all(isinstance(v, RunCase) for v in value.values()):
             cases |= {f"{name} {key:g}": case for key, case in value.items()}
     return cases
 
 
-def compute_energy(bench: Workbench) -> Outcome:
+def compute_energy(bench: Workbench) -> ItemOutcome:
     """Take the balance of energy over every run."""
     trajectories = {name: bench.run(case) for name, case in all_cases().items()}
     residuals = {name: run.energy_residual for name, run in trajectories.items()}

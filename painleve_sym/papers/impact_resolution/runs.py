@@ -51,7 +51,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Case:
+class RunCase:
     """A compliant run of the rod from the state of a table, with entries that replace those of it.
 
     `modulus` is E, Pa; `initial_force` the surface energy as the force of the initial compression,
@@ -97,11 +97,9 @@ class Workbench:
 
     def rigid(self, table: int) -> Classification:
         """Return the rigid contact problem at the state of a table."""
-        return self.shared(
-            f"rigid {table}", lambda: classify_at(self.rod.at(self.state(table)))
-        )
+        return self.shared(f"rigid {table}", lambda: classify_at(self.rod.at(self.state(table))))
 
-    def run(self, case: Case) -> Trajectory:
+    def run(self, case: RunCase) -> Trajectory:
         """Return the run of a case, made on first use."""
         return self.shared(
             case,
@@ -153,41 +151,41 @@ MODULI = tuple(float(f"20.9e{p}") for p in range(10, 19))
 LONG = 1.0
 """End time of runs that an event ends; s. No impact here lasts a twentieth of it."""
 
-SLIDING = {SOFT: Case(1, SOFT, 0.018), STIFF: Case(1, STIFF, 1.6e-3)}
+SLIDING = {SOFT: RunCase(1, SOFT, 0.018), STIFF: RunCase(1, STIFF, 1.6e-3)}
 """Fig. 4; long enough for the forces that the paper reads off."""
 SLIDING_ELASTIC = {E: replace(case, reload="elastic") for E, case in SLIDING.items()}
-SLIDING_LOADED = Case(1, SOFT, 0.018, initial_force=3.0)
+SLIDING_LOADED = RunCase(1, SOFT, 0.018, initial_force=3.0)
 """§3.1: a small initial surface energy."""
-JUMP_UP = Case(2, SOFT, 0.1)
+JUMP_UP = RunCase(2, SOFT, 0.1)
 """Fig. 6."""
-IMPACT = Case(3, STIFF, 5e-4)
+IMPACT = RunCase(3, STIFF, 5e-4)
 """Fig. 8."""
 
 STIFFNESSES = tuple(float(f"20.9e{p}") for p in (13, 14, 15, 16))
-HARDER_IMPACTS = {E: Case(3, E, LONG, until="separation") for E in STIFFNESSES}
+HARDER_IMPACTS = {E: RunCase(3, E, LONG, until="separation") for E in STIFFNESSES}
 """Fig. 9."""
 SPEEDS = (-0.5, -1.0, -1.5, -2.0)
 SPEED_FORCE = 100.0
 OTHER_SPEEDS = {
-    v: Case(3, STIFF, LONG, until="separation", state=(("x_A_dot", v),)) for v in SPEEDS
+    v: RunCase(3, STIFF, LONG, until="separation", state=(("x_A_dot", v),)) for v in SPEEDS
 }
 """Fig. 10."""
-LOADED_SPEED = Case(3, STIFF, LONG, until="separation", initial_force=SPEED_FORCE)
+LOADED_SPEED = RunCase(3, STIFF, LONG, until="separation", initial_force=SPEED_FORCE)
 
 NEAR_BORDER = 3.40
 """θ̇ just below the border of the inconsistent field at θ = 1, 3.4127 rad/s."""
 BORDER = {
-    E: Case(3, E, LONG, until="separation", state=(("theta_dot", NEAR_BORDER),))
+    E: RunCase(3, E, LONG, until="separation", state=(("theta_dot", NEAR_BORDER),))
     for E in (SOFT, STIFF)
 }
 
 JUMP_UPS = {
-    F: Case(4, STIFF, 1e-3, initial_force=F)
+    F: RunCase(4, STIFF, 1e-3, initial_force=F)
     for F in (0.0, *(f.force.value for f in INITIAL_FORCES if f.table == 5))
 }
 """Fig. 12."""
 LOADED_IMPACTS = {
-    f.force.value: Case(4, STIFFER, 3e-4, initial_force=f.force.value)
+    f.force.value: RunCase(4, STIFFER, 3e-4, initial_force=f.force.value)
     for f in INITIAL_FORCES
     if f.table == 6
 }
@@ -195,7 +193,8 @@ LOADED_IMPACTS = {
 FIXED_FORCE = 500.0
 LOADED_STIFFNESSES = tuple(float(f"20.9e{p}") for p in (14, 15, 16))
 LOADED_HARDER = {
-    E: Case(4, E, LONG, until="separation", initial_force=FIXED_FORCE) for E in LOADED_STIFFNESSES
+    E: RunCase(4, E, LONG, until="separation", initial_force=FIXED_FORCE)
+    for E in LOADED_STIFFNESSES
 }
 """Fig. 14."""
 
@@ -237,7 +236,7 @@ AXES = {
 
 def history(
     bench: Workbench,
-    cases: Iterable[tuple[str, Case]],
+    cases: Iterable[tuple[str, RunCase]],
     name: str,
     end: float,
     kinds: tuple[str, ...] = (),

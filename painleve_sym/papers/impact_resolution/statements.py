@@ -23,7 +23,7 @@ from painleve_sym.papers.impact_resolution.runs import (
     modulus_text,
     needed,
 )
-from painleve_sym.papers.item import Outcome, Verdict, checked, table
+from painleve_sym.papers.item import ItemOutcome, Verdict, checked, table
 from painleve_sym.papers.panels import (
     ANGULAR_VELOCITY,
     FORCE_KN,
@@ -37,7 +37,7 @@ from painleve_sym.papers.panels import (
 from painleve_sym.problem.solution import ContactCase
 
 
-def compute_stable(bench: Workbench) -> Outcome:
+def compute_stable(bench: Workbench) -> ItemOutcome:
     """§3.1: the force does not become constant."""
     rows, texts, drifts = list[list[Any]](), [], True
     for modulus, case in SLIDING.items():
@@ -51,7 +51,7 @@ def compute_stable(bench: Workbench) -> Outcome:
         texts.append(f"{forces[0]:.3f} … {forces[-1]:.3f} N")
     start = -bench.rigid(1).B / bench.rigid(1).A
     columns = ["E (Pa)", "printed (N)", "passed at (s)", "−B/A settled (N)", "−B/A at the end (N)"]
-    return Outcome(
+    return ItemOutcome(
         "follows −B/A, still rising: " + ", ".join(texts),
         Verdict.of(not drifts),
         {"start": start},
@@ -59,7 +59,7 @@ def compute_stable(bench: Workbench) -> Outcome:
     )
 
 
-def compute_small_energy(bench: Workbench) -> Outcome:
+def compute_small_energy(bench: Workbench) -> ItemOutcome:
     """§3.1: a little surface energy changes nothing lasting."""
     plain, loaded = bench.run(SLIDING[SOFT]), bench.run(SLIDING_LOADED)
     ends = [float(r.values("normal_force", r.final_time)[0]) for r in (plain, loaded)]
@@ -76,11 +76,11 @@ def compute_small_energy(bench: Workbench) -> Outcome:
     )
 
 
-def compute_stick_time(bench: Workbench) -> Outcome:
+def compute_stick_time(bench: Workbench) -> ItemOutcome:
     """§3.3: how long the tangential impact lasts."""
     stop = needed(bench.run(IMPACT), "slip_stop").time
     same = NUMBERS["sticking-time"].matches(stop)
-    return Outcome(f"{stop:.4e} s", Verdict.of(same), data={"slip_stop": stop})
+    return ItemOutcome(f"{stop:.4e} s", Verdict.of(same), data={"slip_stop": stop})
 
 
 def _phases(run: Trajectory) -> tuple[Panel, Panel]:
@@ -95,13 +95,13 @@ def _phases(run: Trajectory) -> tuple[Panel, Panel]:
     return panels[0], panels[1]
 
 
-def compute_sticking_compression(bench: Workbench) -> Outcome:
+def compute_sticking_compression(bench: Workbench) -> ItemOutcome:
     """§3.3: how long the second period lasts."""
     run = bench.run(IMPACT)
     stop, top, leave = (needed(run, kind).time for kind in EVENTS)
     lasts = top - stop
     printed = NUMBERS["sticking-compression"]
-    return Outcome(
+    return ItemOutcome(
         f"{lasts:.1e} s, restitution {leave - top:.1e} s",
         Verdict.of(printed.matches(lasts)),
         {"factor": printed.value / lasts, "sticking": leave - stop},
@@ -124,7 +124,7 @@ def _energies(bench: Workbench, run: Trajectory, t: float) -> dict[str, float]:
     return energies | {"compression": stored + state["contact_dissipation"], "recoverable": stored}
 
 
-def compute_portions(bench: Workbench) -> Outcome:
+def compute_portions(bench: Workbench) -> ItemOutcome:
     """§3.3: where the energy of sliding goes in the tangential impact."""
     run = bench.run(IMPACT)
     stop = needed(run, "slip_stop")
@@ -146,21 +146,21 @@ def compute_portions(bench: Workbench) -> Outcome:
     )
 
 
-def compute_rotation(bench: Workbench) -> Outcome:
+def compute_rotation(bench: Workbench) -> ItemOutcome:
     """§3.3: the rotational energy in the second period."""
     run = bench.run(IMPACT)
     stop, top = (needed(run, kind) for kind in EVENTS[:2])
     spins = [e.state["theta_dot"] for e in (stop, top)]
     energies = [_energies(bench, run, e.time) for e in (stop, top)]
     grows = energies[1]["rotation"] > energies[0]["rotation"]
-    return Outcome(
+    return ItemOutcome(
         f"θ̇ falls, {spins[0]:.4f} → {spins[1]:.4f} rad/s",
         Verdict.of(grows),
         data={"theta_dot": spins, "energies": energies},
     )
 
 
-def compute_third_period(bench: Workbench) -> Outcome:
+def compute_third_period(bench: Workbench) -> ItemOutcome:
     """§3.3: whether the end sticks until it leaves."""
     run = bench.run(IMPACT)
     leave = needed(run, "separation")
@@ -175,7 +175,7 @@ def compute_third_period(bench: Workbench) -> Outcome:
         largest = max(abs(v) for v in changes.values())
         computed = f"slips back for the last {lasts:.1e} s"
         panels = (_friction_ratio(run, slip.time, leave.time),)
-    return Outcome(computed, Verdict.of(slip is None), {"largest": largest}, data, panels)
+    return ItemOutcome(computed, Verdict.of(slip is None), {"largest": largest}, data, panels)
 
 
 def _friction_ratio(run: Trajectory, slip: float, leave: float) -> Panel:
@@ -193,7 +193,7 @@ def _friction_ratio(run: Trajectory, slip: float, leave: float) -> Panel:
     return Panel(axis, Axis("$F_t/F_n$", limits=(-1.7, 1.7)), (ratio, *bounds))
 
 
-def compute_pendulum(bench: Workbench) -> Outcome:
+def compute_pendulum(bench: Workbench) -> ItemOutcome:
     """§3.3: the period to compare the impact with."""
     run, system = bench.run(IMPACT), bench.rod.system
     theta, spin = system.q[2], system.q_dot[2]
@@ -210,7 +210,7 @@ def compute_pendulum(bench: Workbench) -> Outcome:
     )
 
 
-def compute_border(bench: Workbench) -> Outcome:
+def compute_border(bench: Workbench) -> ItemOutcome:
     """§3.3: near the border θ̇ leaves the inconsistent field, unless E is large."""
     rows, impact = list[list[Any]](), {}
     for modulus, case in BORDER.items():
@@ -231,7 +231,7 @@ def compute_border(bench: Workbench) -> Outcome:
     )
 
 
-def compute_conclusions(bench: Workbench) -> Outcome:
+def compute_conclusions(bench: Workbench) -> ItemOutcome:
     """§4: the three conclusions, without surface energy."""
     impact = bench.run(IMPACT)
     checks = {

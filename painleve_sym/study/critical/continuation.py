@@ -104,7 +104,7 @@ def critical_curve(
             f"{finder.where}: values of {over}: got {list(map(float, values))}, need numbers that "
             "increase or decrease. Fix: leave out what is repeated."
         )
-    held = Setting(finder, state, parameters or {})
+    held = VariedCase(finder, state, parameters or {})
     points: list[CriticalForce] = []
     stopped = ""
     with progress(f"critical force over {over}", len(values), "points") as advance:
@@ -158,7 +158,7 @@ def _predicted(
 
 
 @dataclass(frozen=True)
-class Setting:
+class VariedCase:
     """State and parameters of which one quantity is varied."""
 
     finder: CriticalForceFinder

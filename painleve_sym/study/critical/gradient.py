@@ -10,7 +10,7 @@ from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.motion.arguments import INITIAL_FORCE
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
-from painleve_sym.study.critical.continuation import Setting
+from painleve_sym.study.critical.continuation import VariedCase
 
 STEP = 2e-4
 """Relative step of the differences: near A = 0 the force varies on a scale of a hundredth, and the
@@ -81,7 +81,7 @@ def critical_force_gradient(
     True
     """
     refuse_unknown("method", method, METHODS, finder.where)
-    setting = Setting(finder, state, parameters or {})
+    setting = VariedCase(finder, state, parameters or {})
     for name in names:
         setting.value(name)  # rejects unknown names
     centre = finder.find(state, parameters, border=border, check_tolerance=False)
@@ -94,7 +94,7 @@ def critical_force_gradient(
     }
 
 
-def _difference(setting: Setting, centre: CriticalForce, name: str) -> ForceDerivative:
+def _difference(setting: VariedCase, centre: CriticalForce, name: str) -> ForceDerivative:
     finder = setting.finder
 
     def force(value: float) -> float:
@@ -114,7 +114,7 @@ def _difference(setting: Setting, centre: CriticalForce, name: str) -> ForceDeri
 
 
 def _implicit(
-    setting: Setting, centre: CriticalForce, names: tuple[str, ...], below: float
+    setting: VariedCase, centre: CriticalForce, names: tuple[str, ...], below: float
 ) -> Array:
     finder, end = setting.finder, _ENDS[centre.border]
     sensitivities = finder.simulator.sensitivities(

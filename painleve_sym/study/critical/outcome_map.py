@@ -16,7 +16,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.files import finite, plain_fields
 from painleve_sym.progress import Advance, progress
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder, Outcome
-from painleve_sym.study.critical.continuation import Setting
+from painleve_sym.study.critical.continuation import VariedCase
 
 FORMAT = "painleve-sym outcome map 1"
 LEGEND: Mapping[str, int] = {
@@ -127,7 +127,7 @@ def _logarithmic(low: float, high: float) -> bool:
     return low > 0 and high / low > DECADES
 
 
-def _critical_lines(setting: Setting, over: str, values: Array, advance: Advance) -> Array:
+def _critical_lines(setting: VariedCase, over: str, values: Array, advance: Advance) -> Array:
     """Return F_n*, its prediction and both critical forces at each value, N; nan where none is.
 
     InputError where there is no indeterminate state at any value.
@@ -176,7 +176,7 @@ def outcome_map(
     InputError
         Unknown names, ends that are none, no indeterminate state on the whole axis.
     """
-    setting = Setting(finder, state, parameters or {})
+    setting = VariedCase(finder, state, parameters or {})
     values = _axis(finder, over, ends, points)
     setting.value(over)  # an unknown name is reported here
     if forces is not None:
