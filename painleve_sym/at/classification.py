@@ -193,7 +193,7 @@ class Classification(Shown, Compared):
         }
 
     def _solution_data(self, solution: ContactSolution, i: int) -> dict[str, Any]:
-        """Return what one contact does in a solution."""
+        """Return mode, forces and accelerations of one contact in a solution as plain data."""
         if not self.problem.in_plane:
             return solution_data(solution, i)
         return {
@@ -241,7 +241,7 @@ class NormalCoefficients(NamedTuple):
 
     @classmethod
     def of(cls, problem: ContactProblem, A_stick: float, B_stick: float) -> NormalCoefficients:
-        """Return the numbers of a problem of one contact, with those in sticking."""
+        """Return the coefficients of a problem of one contact; A′, B′ in stick are given."""
         s = problem.slip_direction or (1 if problem.b_t > 0 else -1)
         A, A_pull = problem.A_slip(s), problem.A_slip(s, -1)
         return cls(s, A, A_pull, problem.B, A_stick, B_stick, -min(A, A_pull))

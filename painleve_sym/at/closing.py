@@ -136,7 +136,7 @@ def closed_states(
 
 
 def unknowns(mechanism: Mechanism, close: str) -> tuple[Unknown, ...]:
-    """Return what `close` names, the coordinate first; see `closed_state`."""
+    """Return the unknowns that `close` names, the coordinate first; see `closed_state`."""
     where = f"close {mechanism.name!r}"
     named = [_unknown(mechanism, where, part) for part in text_of(close, where).split(",")]
     # The normal velocity depends on the coordinate.
@@ -227,7 +227,7 @@ def gap_slopes(mechanism: Mechanism, i: int) -> Quantities:
 
 
 def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
-    """Return what solves gap = 0 in closed form, for every coordinate where there is one.
+    """Return the closed-form roots of gap = 0, for every coordinate that has one.
 
     root_NAME is the root of a gap that is linear in the coordinate. A gap that is
     mean_NAME + cosine_NAME cos(NAME) + sine_NAME sin(NAME) has two in every turn.
@@ -326,7 +326,7 @@ def _closing_coordinates(unknown: Unknown, values: Mapping[str, Array]) -> Array
 
 
 def _closed_form_roots(unknown: Unknown, values: Mapping[str, Array]) -> Array | None:
-    """Return what may make gap = 0, of angles up to a turn away; shape (k, n).
+    """Return candidate roots of gap = 0, of angles up to a turn away; shape (k, n).
 
     None where there is no closed form.
     """
@@ -363,7 +363,7 @@ def _gap_of(unknown: Unknown, values: Mapping[str, Array]) -> Gap:
 
 
 def _searched(unknown: Unknown, values: Mapping[str, Array], gap: Array, near: Array) -> Array:
-    """Return what `_closing_coordinates` does by a search; `near` is the tolerance of the gap."""
+    """Return the roots of `_closing_coordinates` by search; `near` is the tolerance of the gap."""
     # Neither velocities nor friction play a part: each other combination is solved once.
     outline = unknown.mechanism.outline
     idle = {*outline.velocity_names, *(c.friction for c in outline.contacts)}
@@ -380,7 +380,7 @@ def _searched(unknown: Unknown, values: Mapping[str, Array], gap: Array, near: A
 def _nearest_roots(
     unknown: Unknown, values: Mapping[str, Array], at_start: Array, near: Array
 ) -> Array:
-    """Return what `_searched` does, for states that differ in more than velocities."""
+    """Return the roots of `_searched`, for states that differ in more than velocities."""
     mechanism, name, gap = unknown.mechanism, unknown.name, _gap_of(unknown, values)
     start, unit = values[name], mechanism.units[name]
     length = np.maximum(near / CONTACT_TOLERANCE, np.maximum(abs(start), abs(at_start)))
@@ -467,7 +467,7 @@ def _roots_between(
 def _halved(
     gap: Gap, states: IntArray, turn: NDArray[np.bool_], ends: list[Array], at_ends: list[Array]
 ) -> Array:
-    """Return where the gap, or its slope where the gap turns, changes its sign between two ends."""
+    """Return a zero of the gap, or of its slope where the gap turns, by bisection."""
     rising = at_ends[1] > at_ends[0]
     low, high = np.where(rising, ends[0], ends[1]), np.where(rising, ends[1], ends[0])
     with np.errstate(all="ignore"):

@@ -111,7 +111,7 @@ class MotionNumbers(NamedTuple):
 
 
 class Dynamics(Protocol):
-    """A mechanism as `Delassus` asks it: names, and what its numbers are made of.
+    """Names and numerical functions of a mechanism, as `Delassus` needs them.
 
     `LagrangianDynamics` has closed forms of SymPy. CasADi functions of a mass matrix, a bias, and
     gaps, Jacobians and bias accelerations of contacts serve as well.
@@ -405,7 +405,7 @@ def domain_margins(mechanism: Mechanism) -> Quantities:
 
 
 def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:
-    """Return the symbols of what numbers of a mechanism depend on: states, then parameters."""
+    """Return the arguments of a mechanism's functions as symbols: states, then parameters."""
     return (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
 
 

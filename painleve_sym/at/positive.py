@@ -139,7 +139,7 @@ def _entries(mechanism: Mechanism) -> Quantities:
 
 
 def own_inertia(velocity: str) -> str:
-    """Return what an entry of `shares` says where it is positive."""
+    """Return the meaning of a positive entry of `shares`."""
     return f"a regular mass matrix, with kinetic energy of {velocity} alone"
 
 

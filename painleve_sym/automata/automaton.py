@@ -588,7 +588,7 @@ def _undeclared(where: str, exprs: Iterable[Any], known: set[sp.Symbol]) -> Iter
 def _term_faults(
     where: str, terms: Iterable[Definition | LinearSystem], known: set[sp.Symbol]
 ) -> Iterator[str]:
-    """Yield the faults of terms in their order, and add their symbols to those known."""
+    """Yield undeclared symbols of terms in their order; `known` gains what they define."""
     for term in terms:
         yield from _undeclared(f"{where}term {term.symbols[0]}", term.needs, known)
         known.update(term.symbols)

@@ -105,7 +105,7 @@ class CompliantInterface(Interface):
 
     @cached_property
     def unresolved_force(self) -> sp.Symbol:
-        """Memory: what is rounding beside the normal forces since the contact closed; N."""
+        """Memory: rounding level of the normal force since the contact closed; N."""
         return self._symbol("unresolved_force")
 
     @cached_property
@@ -355,7 +355,7 @@ class CompliantInterface(Interface):
         return self.watch.transition(label, change.kind, guard, reset, asks=asks, departs=back)
 
     def _label(self, label: str, source: str) -> str:
-        """Return the label of a change among those from every source."""
+        """Return the label of a change, unique among all sources."""
         return label if source in FLIGHTS else f"{label}_{source}"
 
 
@@ -424,7 +424,7 @@ class CompliantContact(OneContact):
         )
 
     def _slip_starts(self, branch: Branch, force: sp.Expr) -> list[Transition]:
-        """Return the ends of stick: |F_t| has reached what friction can bear."""
+        """Return the ends of stick: |F_t| has reached the limit of friction."""
         return self.slip_starts(self.stick_margins(force), partial(self._begun, branch))
 
     def _begun(self, branch: Branch, slip: int) -> tuple[Choice, ...]:

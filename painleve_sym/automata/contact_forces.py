@@ -48,7 +48,7 @@ class ContactRow:
 
     @property
     def deflection(self) -> sp.Symbol:
-        """State ζ of its tangential spring, the deflection from that of slip; m."""
+        """State ζ of its tangential spring: deflection less the deflection in slip; m."""
         return sp.Symbol(f"deflection_from_slip{self.end}", real=True)
 
     @property
@@ -143,7 +143,7 @@ class Known(enum.Enum):
 
 
 class LocalMode(NamedTuple):
-    """A row of the table of a contact: what holds in one of its local modes.
+    """A row of the table of a contact: sources of its forces, and free motions, in one local mode.
 
     The `flag` is made of memory: 1 in this local mode, 0 in the others.
     """

@@ -216,6 +216,6 @@ def _begins(force: sp.Expr) -> Reset:
 
 
 def _at_rest(branch: Branch, force: sp.Expr) -> tuple[Choice, ...]:
-    """Return what a contact without slip does: slip begins, or it sticks."""
+    """Return the choices of a contact without slip: slip begins, or it sticks."""
     slips = Choice(f"{SLIP}/{branch.name}", positive(_beyond(force + _SET_IN)), ("slip_stop",))
     return slips, Choice(f"{STICK}/{branch.name}")

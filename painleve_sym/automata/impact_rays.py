@@ -66,7 +66,7 @@ class ImpactRays:
         return rays
 
     def _at_rest(self, phase: str) -> tuple[Choice, ...]:
-        """Return what follows at v_t = 0: slip to the side friction cannot hold, or stick."""
+        """Return the choices at v_t = 0: slip to the side friction cannot hold, or stick."""
         c = self.states.mechanism.coefficients
         return (
             Choice(f"impact/slip_neg/{phase}", positive(-c.W_nt - c.mu * c.W_tt)),

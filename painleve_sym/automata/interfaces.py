@@ -71,7 +71,7 @@ class ContactStart:
         return () if self.tangential_stiffness is None else (self.row.deflection,)
 
     def faults(self, gap: sp.Expr, rate: sp.Expr, near: sp.Expr, slow: sp.Expr) -> list[Boolean]:
-        """Return where a start is not admitted; up to `near` and `slow` it counts as closed."""
+        """Return conditions that reject a start; up to `near` and `slow` it counts as closed."""
         if self.guide:
             return [sp.Gt(sp.Abs(gap), near), sp.Gt(sp.Abs(rate), slow)]
         return [] if self.loading_curve else [sp.Lt(gap, 0)]
@@ -83,7 +83,7 @@ class ContactStart:
         return compliant_scales(numbers, self.row.gap, *self.loading_curve, terms)
 
     def scales_of_states(self, gap: sp.Expr, terms: Terms) -> Memory:
-        """Return the scales of `states` by that of the gap: deflections under its force; m."""
+        """Return the scales of `states`: deflections under the force at the scale of the gap; m."""
         if self.tangential_stiffness is None or self.loading_curve is None:
             return {}
         stiffness, exponent = self.loading_curve
@@ -140,7 +140,7 @@ class Watch:
         return [*changes, self.transition("slip_stop", EventKind.SLIP_STOP, guard, still)]
 
     def end_of_rest(self, motion: ContactMotion, touches: sp.Expr = _ZERO) -> Transition:
-        """Return what ends rest at a bound: the others no longer hold the contact.
+        """Return the end of rest at a bound: the others no longer hold the contact.
 
         `touches` is 1 where it rests without force.
         """
@@ -150,7 +150,7 @@ class Watch:
         return self.transition("released", EventKind.SLIP_START, guard)
 
     def tests(self, motion: ContactMotion) -> list[Test]:
-        """Return what must not be negative for stick or a beginning slip to follow a decision."""
+        """Return the inequalities of stick and of a beginning slip after a decision."""
         v_dot, scale = motion.tangential_acceleration, motion.tangential_scale
         at_rest = self._slides * zero_factor(self.contact.row.slip)
         # A contact that can bear nothing does not stick. Nothing but 0 is known of one that does,
@@ -214,7 +214,7 @@ class Interface(LocalContact, ABC):
 
     @abstractmethod
     def tests(self, motion: ContactMotion) -> list[Test]:
-        """Return what must not be negative for its local mode to follow a decision."""
+        """Return the inequalities of its local mode after a decision."""
 
     # ---- shared by kinds ----
 
@@ -258,7 +258,7 @@ class Interface(LocalContact, ABC):
 
 
 def cone_margins(limit: sp.Expr, friction: sp.Expr) -> dict[int, sp.Expr]:
-    """Return the distances of friction F_t from what the contact can bear, the limit μ |F_n|; N.
+    """Return the margins of friction F_t to the edges of the cone, the limit μ |F_n|; N.
 
     Keys are the directions of the slip that begins where the distance falls to 0.
     """

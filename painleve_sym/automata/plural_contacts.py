@@ -348,7 +348,7 @@ class PluralContacts(ContactStates):
         return 1 - sp.Mul(*[1 - sp.Mul(*[others[row] for row in rows]) for rows in sets])
 
     def _holding_a_guide(self) -> list[tuple[int, ...]]:
-        """Return sets of contacts that hold, where all stick, what a guide holds."""
+        """Return sets of contacts whose slip rows span the gap row of a guide."""
         at, n = self._at, len(self.rows)
         tangents = [at.tangent(i) for i in range(n)]
         sets = (

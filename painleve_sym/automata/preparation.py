@@ -121,8 +121,8 @@ def _all_scales(
 ) -> tuple[list[tuple[sp.Expr, sp.Expr]], sp.Expr]:
     """Return the scales of gap and gap rate of every contact, and the largest energy of any.
 
-    One of several that hardly anything presses yet, such as a wall, is hit by what moves or
-    presses the others: its free acceleration counts as a hundredth of theirs at least.
+    A contact with hardly any load yet, such as a wall, has a hundredth of the largest free
+    acceleration of the others at least: their motion or load will press it.
     """
     if len(numbers) == 1:
         gap, rate, energy = contacts[0].start.scales(numbers[0], terms)

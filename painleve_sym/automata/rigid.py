@@ -86,7 +86,7 @@ class RigidInterface(Interface):
 
     @cached_property
     def forces(self) -> Forces:
-        """Zero in flight and where it touches without force, else what keeps g̈_N = 0."""
+        """Zero in flight and at a touch without force, else the reaction that keeps g̈_N = 0."""
         zero, flies = Known.ZERO, (1 - self.closed) * (1 - self.sticks)
         open_modes = (
             LocalMode(flies, zero, zero, gap_moves=True, slip_moves=True),

@@ -46,7 +46,7 @@ def where(condition: Boolean, value: sp.Expr | int, otherwise: sp.Expr | int) ->
 
 
 def gained_energy(numbers: Numbers, length: sp.Expr, terms: Terms) -> sp.Symbol:
-    """Return what the free contact forces |b|/W would give to a motion over the length; J.
+    """Return the energy that the free contact forces |b|/W give to a motion over the length; J.
 
     1 where there are none: what nothing drives needs no scale.
     """

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class AutomatonBuilder(Protocol):
-    """Anything that derives an automaton: a frozen dataclass that says from what."""
+    """Protocol of a builder of an automaton: a frozen dataclass of all that it is derived from."""
 
     @property
     def title(self) -> str:
@@ -108,7 +108,7 @@ def _names(symbols: Iterable[Symbol]) -> tuple[str, ...]:
 
 
 def mode_name(outline: Outline, mode: int, memory: Sequence[float]) -> str:
-    """Return the name of a mode; where local modes are data, those of all parts in their order."""
+    """Return the name of a mode; of local modes in memory, the names of all parts."""
     if not outline.parts:
         return outline.modes[mode].name
     names, first = [], 0

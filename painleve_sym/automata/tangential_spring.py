@@ -62,7 +62,7 @@ class SpringInterface(CompliantInterface):
 
     @cached_property
     def last_slip(self) -> sp.Symbol:
-        """Memory: s, the last direction of slip, or 0 where there was none since it closed."""
+        """Memory: s, the last direction of slip; 0 before the first slip since it closed."""
         return self._symbol("slip_side")
 
     @property
@@ -89,7 +89,7 @@ class SpringInterface(CompliantInterface):
         }
 
     def slides(self, change: BranchChange, acceleration: sp.Expr) -> dict[int, Boolean]:
-        """Return where a closing contact slides, by the direction of the slip.
+        """Return the conditions under which a closing contact slides, by the direction of the slip.
 
         There the force of the spring, relaxed, would outgrow friction. Where the normal force sets
         in with a jump, by a dashpot, friction bears any deflection at first.
@@ -169,7 +169,7 @@ class SpringInterface(CompliantInterface):
         return super()._enter_flight(name) | self.relaxed
 
     def _enter_branch(self, branch: str) -> Memory:
-        """Return the memory of a loaded start: what slides has been sliding."""
+        """Return the memory of a loaded start; a contact with slip has been sliding before."""
         return super()._enter_branch(branch) | {self.last_slip: sp.sign(self.row.slip)}
 
     def _land(self, change: BranchChange, motion: ContactMotion) -> Memory:

@@ -80,7 +80,7 @@ def variants(automaton: HybridAutomaton) -> Iterator[Variant]:
 
 
 def _specialised(terms: Terms, constants: dict[sp.Symbol, sp.Expr]) -> Iterator[Term]:
-    """Yield the terms with the constants, to which those that are numbers are added."""
+    """Yield the terms with constants substituted; terms that become numbers join the constants."""
     for term in terms:
         whole = _with_constants(term, constants)
         for part in [whole] if isinstance(whole, Definition) else _blocks(whole):

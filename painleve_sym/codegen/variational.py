@@ -119,7 +119,7 @@ class VariationalFunctions(AutomatonFunctions):
 
     @property
     def scales(self) -> None:
-        """None, as `prepared`."""
+        """None: the scales come with the start states."""
 
     @cached_property
     def event_entries(self) -> dict[str, slice]:

@@ -53,7 +53,7 @@ class BatchOutputs:
         return (*self.maxima, *self.minima, *self.integrals)
 
     def indices(self, outputs: Sequence[str]) -> list[int]:
-        """Return where the watched outputs are among all; InputError for an unknown one."""
+        """Return the indices of the watched outputs; InputError for an unknown one."""
         for name in self.watched:
             refuse_unknown("output", name, outputs, "batch")
         return [outputs.index(name) for name in self.watched]

@@ -21,5 +21,5 @@ def number_text(value: float) -> str:
 
 
 def initializer(values: Iterable[object]) -> str:
-    """Return what initialises an array of C: its values, or 0 without any."""
+    """Return the initialiser of an array of C: its values, or 0 without any."""
     return f"{{{', '.join(map(str, values)) or '0'}}}"

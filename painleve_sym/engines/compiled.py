@@ -117,7 +117,7 @@ class CompiledEngine:
 
     @classmethod
     def of_builder(cls, builder: AutomatonBuilder) -> CompiledEngine:
-        """Return the engine of what `builder` derives, from the cache where it was derived before.
+        """Return the engine of the automaton of `builder`, from the cache where it is known.
 
         A builder is known again by its definition (`definition_text`); where the cache has what it
         led to, nothing is derived, and the engine knows the automaton's outline alone. NoRecurrence
@@ -139,7 +139,7 @@ class CompiledEngine:
 
     @classmethod
     def code_of(cls, builder: AutomatonBuilder) -> EngineCode:
-        """Return the C of what `builder` derives, from the cache where it was derived before.
+        """Return the C code of the automaton of `builder`, from the cache where it is known.
 
         It depends on no compiler. That an automaton has no Taylor series is remembered as well.
 
@@ -174,7 +174,7 @@ class CompiledEngine:
 
     @classmethod
     def _lanes_of(cls, builder: AutomatonBuilder, code: EngineCode | None = None) -> Path:
-        """Return the library with lanes of what `builder` derives, from the cache where it is."""
+        """Return the library with lanes of the automaton of `builder`, from the cache if there."""
         key, _, library = _library_entry(f"lanes of engine {cls.name}", builder)
         if library is None:
             code = code or cls.code_of(builder)
@@ -227,7 +227,7 @@ class CompiledEngine:
         return text
 
     def _batch_of(self, lanes: int) -> Any:
-        """Return the C function of a batch; with lanes, that of a library compiled for them."""
+        """Return the C function of a batch; with lanes, from a library compiled for them."""
         batch = self._library.ps_batch
         if lanes > 1:
             with self._lanes_lock:
@@ -271,7 +271,7 @@ class CompiledEngine:
         return np.frombuffer(scales)
 
     def _options_in_c(self, shared: tuple[Any, ...]) -> Any:
-        """Return what `_shared` gives as C reads it; each run has its own tolerances."""
+        """Return the C structure of the options in `_shared`; each run has its own tolerances."""
         o = dict(zip(_SHARED, shared, strict=True))
         until = [kind in o["until"] for kind in self.outline.kinds] or [False]
         same = ("rtol", "t_end", "max_steps", "max_events", "start_events", "start_mode")

@@ -118,7 +118,7 @@ class _Run:
             self.advance()
 
     def enter(self, visible: bool) -> None:
-        """Begin at t = 0 in the present state and mode; what must happen at once does."""
+        """Begin at t = 0 in the present state and mode; immediate transitions happen at once."""
         self.t, self.t_event, self.at_once = 0.0, -np.inf, 0
         self.t_end = self.options.t_end - self.t_base
         self.limit: tuple[int, int, float] | None = None
@@ -237,7 +237,7 @@ class _Run:
         return departs
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
-        """Count and record an event; x and z are those after it."""
+        """Count and record an event; x and z are state and memory after it."""
         self.counters["events"] += 1
         self.hit |= kind in self.options.until
         if self.options.record != "end":

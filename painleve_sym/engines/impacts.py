@@ -57,7 +57,7 @@ __attribute__((visibility("default"))) int ps_impact(
 
 
 def doubles(*fields: str | tuple[str, int | tuple[int, ...]]) -> np.dtype[Any]:
-    """Return the type of a C structure of doubles: names, those of arrays with shapes."""
+    """Return the type of a C structure of doubles: names of numbers, and of arrays with shapes."""
     return np.dtype([(f, float) if isinstance(f, str) else (f[0], float, f[1]) for f in fields])
 
 
@@ -67,7 +67,7 @@ def read(kind: np.dtype[Any], address: int) -> Any:
 
 
 class PathReader:
-    """Reads what the path of an impact of at most `rigid` contacts tells."""
+    """Reader of the path of an impact of at most `rigid` contacts."""
 
     def __init__(self, rigid: int) -> None:
         rows = ContactRows(rigid).size

@@ -50,7 +50,7 @@ class StepRecords(Compared):
 
     @classmethod
     def of(cls, rows: Array, nx: int, nz: int) -> StepRecords:
-        """Return what the rows of an engine say, shape (n, width)."""
+        """Return the records in the rows of an engine, shape (n, width)."""
         first = STEP_HEAD + nz
         return cls(
             time=rows[:, 0],
@@ -96,7 +96,7 @@ class EventRecords(Compared):
 
     @classmethod
     def of(cls, rows: Array, nx: int, nz: int) -> EventRecords:
-        """Return what the rows of an engine say, shape (n, width)."""
+        """Return the records in the rows of an engine, shape (n, width)."""
         mode, transition, target, kind, contact = rows[:, 1:EVENT_HEAD].astype(np.int64).T
         # Slices cost a tenth of `np.split`, which matters for loops of short runs.
         before, after = EVENT_HEAD + nx, EVENT_HEAD + nx + nz

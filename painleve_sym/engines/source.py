@@ -186,7 +186,7 @@ def _energies(automaton: HybridAutomaton) -> list[str]:
 
 
 def _preparation(functions: AutomatonFunctions) -> list[str]:
-    """Return the names of the functions that prepare a run, and what they take and return."""
+    """Return name, arguments and results of the functions that prepare a run."""
     of = functions.automaton.preparation
     if of is None or functions.prepared is None:
         return []

@@ -46,7 +46,7 @@ def balance_closes(residual: float, rtol: float) -> bool | None:
 
 
 def balance_notice(residual: float, rtol: float) -> str:
-    """Return what a reader should know about a balance that does not close."""
+    """Return a warning on an energy balance that does not close."""
     if math.isinf(residual):
         return "The energies are not finite."
     return (

@@ -99,7 +99,7 @@ def _contacts(event: EventRecord, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def notices(every: Sequence[EnergyGain]) -> tuple[str, ...]:
-    """Return what a motion's user should know about energy that it gained, in whole sentences."""
+    """Return warnings on energy that a motion gained, in whole sentences."""
     impacts = [g for g in every if g.kind is EventKind.IMPACT]
     reloads = [g for g in every if g.kind is EventKind.RELOAD]
     first, rest = impacts[:_IMPACT_SENTENCES], impacts[_IMPACT_SENTENCES:]

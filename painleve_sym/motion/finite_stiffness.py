@@ -125,7 +125,7 @@ class CorrectedJumpRule:
     def coefficients(
         self, state: Mapping[str, ArrayLike], parameters: Mapping[str, ArrayLike]
     ) -> dict[str, Array]:
-        """Return what the impact needs of the mechanism at the states.
+        """Return the contact coefficients of the impact at the states.
 
         The keys are W_nn, W_nt, W_tt, b_n, b_t, mu, slip_velocity, normal_velocity, and by
         velocity of the mechanism ``normal`` and ``tangential`` (M⁻¹J_Nᵀ, M⁻¹J_Tᵀ) and ``free``.

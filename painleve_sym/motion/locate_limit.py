@@ -166,7 +166,7 @@ class _Approach:
         return dict(zip(self._names[:5], numbers[:5], strict=True)), np.array(numbers[5:]).T
 
     def limits(self, states: Array) -> _Limits:
-        """Return where the runs that stopped at the states (n, nx) arrive."""
+        """Return the limits of the runs that stopped at the states (n, nx)."""
         with np.errstate(all="ignore"):
             return self._limits(states)
 

@@ -103,7 +103,7 @@ class MechanismWithLaws:
 
     @property
     def own_parameters(self) -> tuple[Parameter, ...]:
-        """Parameters besides the mechanism's: those of the laws."""
+        """Parameters of the laws, besides the mechanism's."""
         return self.contact.parameters
 
     @property
@@ -159,7 +159,7 @@ class MechanismWithLaws:
 
     @property
     def start_events(self) -> bool:
-        """Whether what a start makes happen at once are events: where a contact is rigid."""
+        """Whether transitions at the start are recorded as events: where a contact is rigid."""
         return bool(self.rigid)
 
     @cached_property

@@ -17,7 +17,7 @@ RESOLVED = 1e-6
 
 @dataclass(frozen=True)
 class PressedStart:
-    """A contact with a past: its depth at the start, m, and what its law remembers."""
+    """A contact with a loading history: its depth at the start, m, and the memory of its law."""
 
     contact: str
     depth: float
@@ -46,7 +46,7 @@ def has_past(law: OwnLaw) -> TypeGuard[ContactLaw]:
 
 
 def batch_past_notices(count: int, motions: int) -> tuple[str, ...]:
-    """Return a sentence on `count` motions of a batch with a past; none where there are none."""
+    """Return a sentence on `count` motions of a batch with a loading history; none for 0."""
     if not count:
         return ()
     return (

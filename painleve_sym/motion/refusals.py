@@ -104,7 +104,7 @@ def _refuse_contact(
 
 
 def end_detail(simulator: MechanismWithLaws, raw: RawRun) -> str:
-    """Return what is particular to the end of a run; see `Trajectory.stop_detail`."""
+    """Return details of the end of a run; see `Trajectory.stop_detail`."""
     if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
         return ""
     outline = simulator.mechanism.outline

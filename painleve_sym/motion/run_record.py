@@ -81,7 +81,7 @@ class RunRecord:
         return StoredRecord.of(self) == StoredRecord.of(other)
 
     def __hash__(self) -> int:
-        """Return the hash of what is stored."""
+        """Return the hash of the stored arrays."""
         return hash(StoredRecord.of(self))
 
     def __reduce__(self) -> tuple[Any, ...]:

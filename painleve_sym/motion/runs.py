@@ -28,7 +28,7 @@ _KEPT = 32
 
 
 class _KeptSimulators:
-    """Simulators of earlier calls, by what they are made of."""
+    """Cache of simulators of the last calls, by mechanism, laws and engine."""
 
     def __init__(self) -> None:
         self._simulators: OrderedDict[Any, Simulator] = OrderedDict()

@@ -149,7 +149,7 @@ class Simulator(Compared, MechanismWithLaws):
         return trajectory
 
     def moving(self, start: Start, varied: Sequence[str] = ()) -> tuple[Simulator, Start]:
-        """Return what runs from a start: another simulator where parameters make a slip 0.
+        """Return simulator and start of a run: another simulator where parameters make a slip 0.
 
         They are not among the varied ones, by which the motion is differentiated.
         """

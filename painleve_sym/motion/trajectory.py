@@ -304,7 +304,7 @@ class Trajectory(Shown, Compared):
         return max(known)
 
     def tolerance(self, name: str, contact: str = "") -> float:
-        """Return what counts as 0 of a state, gap, rate, force or energy, in its SI unit.
+        """Return the tolerance of a state, gap, rate, force or energy, in its SI unit.
 
         It is the tolerance of the run, rtol, on the `size` of the quantity; of an energy, on the
         largest energy at the end. Figures, tables and reports have 0 for what is not larger, and
@@ -330,7 +330,7 @@ class Trajectory(Shown, Compared):
 
     @cached_property
     def events_above_tolerance(self) -> tuple[EventRecord, ...]:
-        """The events without those of motions within the `tolerance`, such as a body at rest."""
+        """Events of motions above the `tolerance`; a body at rest has none."""
         return events_above_tolerance(self)
 
     def units(self, name: str) -> str:
@@ -775,7 +775,7 @@ def _times(t: ArrayLike) -> Array:
 
 
 def _check_shapes(arrays: dict[str, Any], states: int, memory: int, modes: int) -> None:
-    """Raise ValueError where the arrays of a file are not those of one motion."""
+    """Raise ValueError where shapes of a file's arrays do not agree."""
     n = len(arrays["step_time"])
     rows = arrays["step_rows"].shape[1:2]
     shapes = {
@@ -797,7 +797,7 @@ def labels(
     parameters: Mapping[str, Any],
     options: Mapping[str, Any],
 ) -> dict[str, str]:
-    """Return what computes a motion again as attributes of labelled arrays; see `to_xarray`."""
+    """Return the inputs of a motion as attributes of labelled arrays; see `to_xarray`."""
     tables = {"law_choices": choices, "parameters": parameters}
     tables |= {"state": given["state"], "options": options}
     return {

@@ -124,7 +124,7 @@ class RobotMechanism(NumericalMechanism):
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Sentences on what results are of, what the file leaves out, and what all depends on."""
+        """Sentences on the subject of results, on omissions of the file, and on assumptions."""
         return (self.subject, *self.robot.notices, " ".join(CAVEATS))
 
     def require_planar(self) -> None:

@@ -36,7 +36,7 @@ class ContactSubject:
     pose: str | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: SI units, the names of joints those of the file."""
+        """Return plain data in SI units; joints have their names in the file."""
         dynamics, tree = self.dynamics, self.dynamics.tree
         first, *others = dynamics.contacts
         normal, tangent, across = (self.axes + 0.0).tolist()

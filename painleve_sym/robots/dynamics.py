@@ -101,7 +101,7 @@ class ContactPoint:
 
 
 class _Formulas(NamedTuple):
-    """Parts of the functions: arguments, accelerations of the contacts, and what moves them."""
+    """Expressions of the functions: arguments, Jacobians, accelerations, mass matrix, base."""
 
     x: ca.SX
     J: ca.SX
@@ -156,12 +156,12 @@ class RobotDynamics:
 
     @cached_property
     def coordinates(self) -> dict[str, str]:
-        """Names of the coordinates of the joints, by those of the joints in the file."""
+        """Names of the joint coordinates by the joints' names in the file."""
         return coordinate_names(self.tree.joints)
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Sentences on what the file leaves out, and on joints whose coordinates differ by name."""
+        """Sentences on omissions of the file, and on joints whose coordinates have other names."""
         others = {name: own for name, own in self.coordinates.items() if name != own}
         if not others:
             return self.tree.notices
@@ -269,7 +269,7 @@ class RobotDynamics:
 
     @property
     def velocities(self) -> tuple[str, ...]:
-        """Names of what the velocities of the robot move: the base, six times, and joints."""
+        """Name of the coordinate of each velocity of the robot: six of the base, then joints."""
         joints = (own for name, own in self.coordinates.items() if name not in self.locked)
         return (*(BASE * self.tree.floating), *joints)
 
@@ -322,6 +322,6 @@ def _base(angles: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 
 def _to_twist(angles: ca.SX) -> ca.SX:
-    """Return the velocities of the base in its own axes by those of its coordinates."""
+    """Return the Jacobian of the twist of the base, in its own axes, by its coordinate rates."""
     R, rates = _base(angles)
     return ca.diagcat(R.T, rates)

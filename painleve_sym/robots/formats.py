@@ -297,7 +297,7 @@ URDF: Table = {
 
 
 def rule(table: Table, path: str, attribute: str = "") -> Rule | None:
-    """Return the rule of an element, or of one of its attributes; None for what no list has.
+    """Return the rule of an element, or of one of its attributes; None outside the lists.
 
     An element without rules of its own has that of the element that it is in.
     """
@@ -312,7 +312,7 @@ def rule(table: Table, path: str, attribute: str = "") -> Rule | None:
 
 
 def paths(root: Element, table: Table) -> Iterator[tuple[str, Element, Element]]:
-    """Yield each element with its path and what it is in, but for the inside of whole rules."""
+    """Yield each element with its path and parent, except inside elements of whole rules."""
     waiting = [(root.tag, root, root)]
     while waiting:
         path, element, parent = waiting.pop()
@@ -397,7 +397,7 @@ def _same(value: str, neutral: str) -> bool:
 
 
 def called(element: Element) -> str:
-    """Return what notices call an element: its name, or for want of one what it connects."""
+    """Return the label of an element in notices: its name, else the elements that it connects."""
     if (name := element.get("name")) is not None:
         return f"{element.tag} {shortened(name, 80)!r}"
     ends = [shortened(element.get(key, ""), 80) for key in _ENDS if key in element.attrib]

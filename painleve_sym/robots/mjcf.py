@@ -102,7 +102,7 @@ def mjcf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
 
 
 def _elements(root: Element, s: Settings) -> Iterator[tuple[str, Element, str]]:
-    """Yield path, element with its defaults and what notices call it, of all that may matter."""
+    """Yield path, element with class defaults, and label in notices of every relevant element."""
     classes, aligns = _classes_of(root), _aligns(root, s)
     for path, element, _ in paths(root, MJCF):
         section = path.partition("/")[0]
@@ -249,7 +249,7 @@ class _Reading:
 
     @property
     def frames(self) -> dict[str, Frame]:
-        """Places by name; those whose name has several are called by their kind as well."""
+        """Frames by name; a name of several has the kind of element before it."""
         frames: dict[str, Frame] = {}
         for name, several in self._by_name().items():
             one = next(iter(several.values()))

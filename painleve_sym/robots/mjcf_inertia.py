@@ -33,7 +33,7 @@ Part = tuple[Element, str, Place]
 
 
 def parts_of(element: Element, s: Settings, childclass: str) -> list[Part]:
-    """Return the parts of a body, those of its frames among them."""
+    """Return the parts of a body and of its frames."""
     if (element, childclass) not in s.parts:
         s.parts[element, childclass] = list(_parts(element, s, childclass))
     return s.parts[element, childclass]
@@ -78,7 +78,7 @@ def body_inertia(
 
 
 def _given(inertial: Element, at: Place, s: Settings) -> Solid:
-    """Return what the element ``inertial`` says, which stands in the frame `at`."""
+    """Return the inertia of an element ``inertial`` in the frame `at`."""
     if "fullinertia" in inertial.attrib:
         xx, yy, zz, xy, xz, yz = number_list(inertial, "fullinertia", s.where, None, 6)
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -169,7 +169,7 @@ def shape(element: Element, s: Settings) -> tuple[Place, list[float]]:
 
 
 def _solid(shape: str, size: list[float], where: str) -> tuple[float, Array]:
-    """Return volume and principal moments per mass of a solid, which is that of MuJoCo's geom."""
+    """Return volume and principal moments per mass of a solid, as MuJoCo has them for a geom."""
     need = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
     if shape not in need:
         raise InputError(f"{where}: {unknown_name('type', shape, [*need, 'plane', 'mesh'])}")

@@ -83,7 +83,7 @@ class Settings:
         return value if self.radians else math.radians(value)
 
     def full(self, element: Element, childclass: str, kind: str = "") -> Element:
-        """Return an element with the attributes of its class where it has none of its own."""
+        """Apply MJCF class defaults to an element."""
         name = element.get("class") or childclass
         if name not in self.classes:
             raise InputError(
@@ -148,7 +148,7 @@ def to_z(z: Array) -> Array:
 
 
 def read_settings(root: Element, where: str) -> Settings:
-    """Return the settings of a file; InputError names what is wrong with them."""
+    """Return the settings of a file; InputError names their faults."""
     compiler, option, flag = (_merged(root, path) for path in ("compiler", "option", "option/flag"))
     sequence = compiler.get("eulerseq", "xyz")
     if len(sequence) != 3 or not set(sequence.lower()) <= set(_AXES):
@@ -181,7 +181,7 @@ def read_settings(root: Element, where: str) -> Settings:
 
 
 def _over(defaults: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
-    """Return attributes over those of a class.
+    """Return attributes of an element with class defaults applied.
 
     An orientation replaces that of the class, whatever its notation. A shorter list of numbers
     leaves the further ones of the class.

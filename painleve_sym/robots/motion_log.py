@@ -344,7 +344,7 @@ def _unread(header: list[str], read: Collection[str], names: Collection[str]) ->
 
 
 def _missing(contact: RobotContact, values: Collection[str], no_rule: bool) -> list[str]:
-    """Return notices on what the log does not give."""
+    """Return notices on quantities that the log does not have."""
     own, floating = contact.dynamics.coordinates, contact.dynamics.tree.floating
     notices = []
     kept = [joint for joint, name in own.items() if name not in values]

@@ -155,7 +155,7 @@ class RigidBodies:
         return moved
 
     def _moving(self, body: int) -> Iterator[tuple[int, _Motion]]:
-        """Yield what moves a body, from its own joint to the base; see `_moved`."""
+        """Yield the motions of the joints above a body, from its own joint to the base."""
         while body >= 0:
             if (moved := self._moved[body]) is not None:
                 yield moved
@@ -246,7 +246,7 @@ class RigidBodies:
         return h
 
     def _passive(self, body: int, velocity: ca.SX) -> ca.SX:
-        """Return what spring and damper of the joint of a body take from the forces."""
+        """Return the resisting generalised force of spring and damper of a body's joint."""
         taken, joint = ca.SX(self.size, 1), self.tree.bodies[body].joint
         if (moved := self._moved[body]) is None or joint is None:
             return taken

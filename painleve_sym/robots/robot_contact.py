@@ -474,7 +474,7 @@ class RobotContact:
             )
 
     def _ranges(self) -> dict[str, tuple[float, float]]:
-        """Return the limits of the joints that are varied: a turn for those that have none.
+        """Return the ranges of the varied joints: a turn for a joint without limits.
 
         Their order is the one of the robot itself, so that random poses of it are the same whatever
         the order in its file.

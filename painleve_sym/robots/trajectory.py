@@ -82,7 +82,7 @@ class RiskTrajectory(Compared):
 
     @property
     def least(self) -> int | None:
-        """Sample with the least μ_P of those that touch; None where none has one."""
+        """Touching sample with the least μ_P; None without any."""
         kept = np.where(self.closed, self.mu_P, np.nan)
         return None if np.isnan(kept).all() else int(np.nanargmin(kept))
 

@@ -471,7 +471,7 @@ def unit_vector(vector: Sequence[float] | Array, where: str) -> Array:
 
 
 def inertia_fault(mass: float, inertia: Array) -> str:
-    """Return a sentence where mass and inertia are those of no body; empty for those of one."""
+    """Return a sentence on mass and inertia that no body has; empty for physical ones."""
     if not mass >= 0:
         return f"mass {mass:g} kg, need a number >= 0"
     moments = np.linalg.eigvalsh(inertia)
@@ -483,7 +483,7 @@ def inertia_fault(mass: float, inertia: Array) -> str:
 
 
 def inertia_doubt(mass: float, inertia: Array) -> str:
-    """Return a sentence where mass and inertia serve, but are those of no body; empty else."""
+    """Return a warning on usable mass and inertia that no body has; empty for physical ones."""
     if fault := inertia_fault(mass, inertia):
         return fault
     a, b, c = np.linalg.eigvalsh(inertia).tolist()

@@ -129,7 +129,7 @@ def urdf_tree(root: Element, where: str, floating: bool | None) -> RobotTree:
 
 
 def _notices(root: Element, where: str) -> tuple[str, ...]:
-    """Return sentences on what the file has and the tree has not."""
+    """Return notices on elements of the file that the tree ignores."""
     elements = [(path, e, _called(e, parent)) for path, e, parent in paths(root, URDF)]
     for path, element, name in elements:
         tags = [child.tag for child in element]

@@ -29,7 +29,7 @@ EXPAND_XACRO = (
 
 
 class _Guarded(ElementTree.TreeBuilder):
-    """Builds the elements, and stops at what a description of a robot has no use for."""
+    """Builder of XML elements that rejects document types, and too many or too deep elements."""
 
     def __init__(self, where: str) -> None:
         super().__init__()

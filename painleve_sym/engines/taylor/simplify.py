@@ -201,7 +201,7 @@ class _Rebuild:
     def _group(
         self, terms: list[tuple[int, Scalar]], op: str, place: int | None
     ) -> tuple[int, list[tuple[int, Scalar]]] | None:
-        """Return the node that most products of a sum share, and those terms."""
+        """Return the common factor of most products of a sum, and the terms that have it."""
         alone = [t for t in terms if self._old.nodes[t[0]].op == op and self._uses[t[0]] == 1]
         by: dict[int, list[tuple[int, Scalar]]] = {}
         for t in alone:

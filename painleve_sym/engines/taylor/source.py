@@ -65,7 +65,7 @@ def tapes(functions: AutomatonFunctions) -> list[SeriesTape]:
 
 
 class _ModeCode(NamedTuple):
-    """The C of one mode's series, and of their derivatives where there are any."""
+    """C code of one mode's Taylor series, and of their derivatives if any."""
 
     series: SeriesCode
     tangents: TangentCode | None

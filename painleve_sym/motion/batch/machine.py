@@ -44,7 +44,7 @@ def row_bytes(simulator: Simulator, kept: BatchOutputs) -> int:
 
 
 def check_memory(where: str, subject: str, need: int, fix: str) -> None:
-    """Raise InputError where there is no memory for `subject`, which needs `need` bytes."""
+    """Raise InputError where memory is short of the `need` bytes of `subject`."""
     have = available_memory()
     if have is not None and need > have:
         raise InputError(

@@ -155,7 +155,7 @@ class _Batch:
         return ends
 
     def _integrate(self, engine: CompiledEngine, block: Starts, rows: BatchRows) -> None:
-        """Fill the rows: those that cannot run at once, the others by the engine."""
+        """Fill the rows: of rejected starts at once, of the others by the engine."""
         runs, o = block.refusal == RUNS, self.options
         if not runs.all():
             rows.fill_unmoved(~runs, block.states, block.refusal[~runs])

@@ -31,7 +31,7 @@ class _Numbers(NamedTuple):
 
 
 class SensitiveImpacts:
-    """Adds to a run with derivatives what impacts add: its listener, which decides nothing.
+    """Listener of a run with derivatives: adds the derivatives of impacts, and decides nothing.
 
     The run calls state and derivatives, those of `functions`, its state; the names are those of
     the contacts, the constants those of the extended automaton, `sizes` those of the directions,
@@ -92,7 +92,7 @@ class SensitiveImpacts:
         contacts: list[int],
         rows: list[int],
     ) -> None:
-        """Add to derivatives of the state what an impact of the closed contacts adds."""
+        """Add the derivatives of an impact of the closed contacts to those of the state."""
         given, slopes = numbers
         state, at = change["before"], ContactRows(len(contacts))
         velocities = self._velocities[rows]
@@ -128,7 +128,7 @@ class SensitiveImpacts:
         contacts: list[int],
         rows: list[int],
     ) -> None:
-        """Add to derivatives of the state what the closing of contacts adds."""
+        """Add the derivatives of a closing of contacts to those of the state."""
         given, slopes = numbers
         velocities, block = self._velocities[rows], np.ix_(rows, rows)
         # The solution of W P = −v with the least norm.
@@ -184,7 +184,7 @@ class SensitiveImpacts:
     def _push(
         self, jacobian: Array, numbers: tuple[_Numbers, _Numbers], P: Array, change: Array
     ) -> None:
-        """Add to derivatives of the state what impulses P (2 n) with derivatives (2 n, k) add."""
+        """Add impulses P (2 n) with derivatives (2 n, k) to the derivatives of the state."""
         given, slopes = numbers
         velocities = jacobian[self._velocities] + _product(given.W, slopes.W, P, change)
         directions = given.directions.T, slopes.directions.swapaxes(0, 1)

@@ -30,7 +30,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class ImpactData:
-    """Derivatives of what an impact of n contacts depends on, in k directions.
+    """Derivatives of the data of an impact of n contacts in k directions.
 
     Shapes are (2 n, 2 n, k) of W, (n, k) of mu, (2 n, k) of the velocity, and (k,). Derivatives of
     velocities that are small against the floor count as 0, m/s per unit; `tolerance` is the part of
@@ -176,7 +176,7 @@ class _Slopes:
         return moved, slopes + np.einsum("rj,jck->rck", self.path.W[rows], moved)
 
     def _length(self, step: Straight, push: Array, rates: Array) -> Array:
-        """Return the derivatives of the length, shape (k,), of what vanishes there."""
+        """Return the derivatives of the length, shape (k,), at which its event has its zero."""
         (length, kind, i), v, force = step.event, step.velocities, step.push
         n, t = self.rows.normal(i), self.rows.tangent(i)
         if kind in ("border", "slip"):
@@ -197,7 +197,7 @@ class _Slopes:
         return change
 
     def _spend(self, step: Straight, works: Array, moved: Array, impulses: Array) -> None:
-        """Follow what the contacts have left to give back, and the energy of all."""
+        """Update the remaining restitution of each contact, and the energy of all."""
         kinetic = self.measure is Measure.IMPULSE
         self.work = self.work + moved.sum(axis=0)
         if self.measure is Measure.VELOCITY:
@@ -268,7 +268,7 @@ class _Slopes:
             self.is_lost = True
 
     def _vanishes(self, values: Array, size: Array) -> None:
-        """Note whether derivatives of what vanishes, shape (…, k), do not."""
+        """Note where derivatives, shape (…, k), of a quantity that vanishes exceed rounding."""
         self.is_lost |= bool(np.any(~(np.abs(values) <= self.tolerance * size)))
 
 

@@ -175,16 +175,16 @@ class RunDerivatives:
         return same((self.events, self.extended), (other.events, other.extended))
 
     def __hash__(self) -> int:
-        """Return the hash of what is stored."""
+        """Return the hash of the stored arrays."""
         return hash((self.events, self.extended))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle what has been read, without simulator and engine."""
+        """Pickle events and derivatives, without simulator and engine."""
         return StoredDerivatives, (self.events, self.extended)
 
     @cached_property
     def events(self) -> tuple[EventSensitivity, ...]:
-        """Derivatives of the events, with what is singular about them named."""
+        """Derivatives of the events, with their singularities named."""
         marks, functions = self.marks, self.functions
         n, known = len(self.verdicts), first_without(self.verdicts)
         jacobians = np.zeros((n, len(self.scale), len(self.sizes)))

@@ -105,7 +105,7 @@ def _continued(
 
 @dataclass(frozen=True)
 class Directions:
-    """Directions in which motions are differentiated, with what all starts have in common.
+    """Directions in which motions are differentiated, with the functions common to all starts.
 
     Attributes
     ----------
@@ -262,7 +262,7 @@ class Directions:
     def _impacts(
         self, start: Start, scale: Array, sizes: Array, rtol: float
     ) -> SensitiveImpacts | None:
-        """Return what differentiates the impacts of several contacts."""
+        """Return the listener that differentiates the impacts of several contacts."""
         if not self.functions.struck_states:
             return None
         names = [c.name for c in self.simulator.mechanism.outline.contacts]

@@ -35,7 +35,7 @@ _NEAR = 1e-6  # solutions with a smaller relative distance are one; IPOPT leaves
 
 
 class MPCCStatus(enum.StrEnum):
-    """Say how one relaxation run ended; `advice` tells what that means and what to change."""
+    """End of one relaxation run; `advice` explains it and names a remedy."""
 
     SOLVED = ("solved", "the point has been checked; there may be others, see solve_mpcc_all")
     INFEASIBLE = (

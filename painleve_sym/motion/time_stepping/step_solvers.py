@@ -41,13 +41,13 @@ def enumerated(place: int, problem: ContactProblem) -> Answer:
 
 
 def lemke(problem: ContactProblem) -> Answer:
-    """Take what Lemke's pivots end at."""
+    """Return the solution of Lemke's pivoting."""
     solution = solve_lemke(problem.lcp()).solution
     return (0, None) if solution is None else (1, _read(problem, solution))
 
 
 def mpcc(problem: ContactProblem) -> Answer:
-    """Take what the relaxation through IPOPT ends at, from the first start that succeeds."""
+    """Return the solution of the relaxation by IPOPT, from the first start that succeeds."""
     relaxed = solve_mpcc(problem.lcp())
     if relaxed.status is not MPCCStatus.SOLVED:
         return 0, None

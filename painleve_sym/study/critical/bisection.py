@@ -143,7 +143,7 @@ class _Start:
     exponent: float
 
     def run(self, force: float) -> tuple[Outcome, StopReason]:
-        """Return what follows from an initial force, and why the run ended."""
+        """Return the outcome of an initial force, and the reason why the run ended."""
         outline, contact = self.simulator.outline, self.simulator.contact.rows[0]
         vector = self.vector.copy()
         if force == 0 and vector[outline.state_names.index(contact.gap_rate)] >= 0:

@@ -137,7 +137,7 @@ def _predicted(
     values: Sequence[float],
     points: Sequence[CriticalForce],
 ) -> tuple[float | None, float]:
-    """Return where to look, and the relative half width to begin with."""
+    """Return the predicted force, and the relative half width of the first search."""
     if len(points) < 2:
         return None, 0.05
     k = len(points)

@@ -117,7 +117,7 @@ class OutcomeMap(Compared):
 
     @classmethod
     def load(cls, path: str | Path) -> OutcomeMap:
-        """Read what `save` wrote; InputError where it is not readable, or not a map of outcomes."""
+        """Read a file of `save`; InputError where it is not readable, or not a map of outcomes."""
         texts, arrays = load_npz(path, FORMAT, "outcome map", _TEXTS, _ARRAYS)
         with npz_faults(path, "outcome map"):
             return cls(**{name: texts[name] for name in _TEXTS}, **arrays)

@@ -215,7 +215,7 @@ class SlidingAnalysis:
 
     @cached_property
     def _mechanical(self) -> Quantities:
-        """By slip direction: dA/dt, and what dF_n*/dt has for each N of the force."""
+        """By slip direction: dA/dt, and ∂(dF_n*/dt)/∂F."""
 
         def derive() -> tuple[list[str], ca.Function]:
             from painleve_sym.mechanics.coefficients import F_N

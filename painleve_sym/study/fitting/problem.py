@@ -212,7 +212,7 @@ class FitProblem(Compared):
         return np.array(values, dtype=float)
 
     def _logarithmic(self) -> Any:
-        """Return which quantities are positive by nature: those are sought by their logarithm."""
+        """Return which quantities are positive by nature, and so fitted by logarithm."""
         declared = [self._declared.get(n) for n in self.estimate]
         return np.array([p is not None and p.lower == 0 and not p.lower_closed for p in declared])
 
@@ -342,7 +342,7 @@ class FitProblem(Compared):
         )
 
     def _misses(self, model: Mapping[str, Array]) -> dict[str, Array]:
-        """Return by measured quantity what the model has more than the data, where there are."""
+        """Return the residuals, model less data, of each measured quantity."""
         return {n: (model[n] - v)[np.isfinite(v)] for n, v in self.data.measured.items()}
 
     def _identified(self, jacobian: Array, lengths: Array) -> tuple[Array, Array]:
@@ -449,7 +449,7 @@ def fit(
 
 
 def contact_ends(kinds: Sequence[EventKind]) -> tuple[str, ...]:
-    """Return the events at which a contact has pushed its last, of those that laws have."""
+    """Return the kinds of events that end a contact, among the kinds of the laws."""
     if EventKind.IMPACT_END in kinds:
         return (str(EventKind.IMPACT_END),)
     return tuple(str(k) for k in (EventKind.SEPARATION, EventKind.IMPACT) if k in kinds)

@@ -195,7 +195,7 @@ class RegionMap(Shown, Compared):
 
     @classmethod
     def load(cls, path: str | Path) -> RegionMap:
-        """Read what `save` wrote.
+        """Read a file of `save`.
 
         Raises
         ------

@@ -122,7 +122,7 @@ Read = Callable[[Any, str, str], float]
 def read_space(faults: Faults, axes: Any, sample: Any, read: Read) -> Grid | Sample:
     """Return the points that the tables [axes] or [sample] describe; None stands for no table.
 
-    Where they are faulty, which is added to the faults, some points.
+    On a fault they are placeholders, and the fault is recorded.
     """
     if (axes is None) == (sample is None):
         received = "both" if axes is not None else "neither"

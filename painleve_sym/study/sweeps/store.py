@@ -235,7 +235,7 @@ class Store:
         return {name: self.columns[name][rows] for name in self.sweep.columns}
 
     def missing(self) -> list[int]:
-        """Return where the chunks begin that are not written; a damaged one counts as missing."""
+        """Return the first points of missing chunks; a damaged one counts as missing."""
         pairs = zip(self.sweep.starts, self.columns[SUMS].tolist(), strict=True)
         return [s for s, there in pairs if not there or there != _sum(self.read(s))]
 

@@ -214,7 +214,7 @@ class Sweep:
     # ---- checks, before anything runs ----
 
     def _check(self, faults: Faults) -> None:
-        """Add what is wrong with the names and numbers of the points."""
+        """Add the faults of names and numbers of the points."""
         scenario, table = self.scenario, ("axes",) if self.space.axes else ("sample", "ranges")
         with faults.at("law"):
             own = [p.name for p in self.simulator.own_parameters]
@@ -382,7 +382,7 @@ def _read_keep(faults: Faults, own: Mapping[str, Any]) -> tuple[str, ...]:
 
 @contextmanager
 def _placed(where: str) -> Iterator[None]:
-    """Name the file in what is wrong inside."""
+    """Put the name of the file before its faults."""
     try:
         yield
     except InputError as error:
