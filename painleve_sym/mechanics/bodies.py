@@ -5,12 +5,16 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import sympy as sp
 
-from painleve_sym.errors import refuse_faulty
+from painleve_sym.errors import refuse_faulty, unknown_name
 from painleve_sym.mechanics.bars import RoundBar, first_bending_wavenumber
+
+if TYPE_CHECKING:
+    from painleve_sym.mechanics.declarations import Parameter
+    from painleve_sym.mechanics.spatial_bodies import SpatialBody
 
 Scalar: TypeAlias = sp.Expr | float
 """What a formula may be given as: an expression or a number, never text."""
@@ -197,6 +201,68 @@ class Body:
             return (NaturalPeriod(self.name, "first bending mode", 2 * sp.pi / frequency),)
         return ()
 
+    def faults(
+        self, coordinates: Sequence[sp.Symbol], parameters: Sequence[Parameter]
+    ) -> Iterator[str]:
+        """Yield a sentence for each mode, length or period that cannot be: out of range, mostly."""
+        known = {p.symbol for p in parameters}
+        for title, value in (("length", self.length), ("lowest_period", self.lowest_period)):
+            if value is None:
+                continue
+            if expr(value).is_nonpositive:
+                yield f"{self.name}: {title} is {value}, need > 0."
+            if expr(value).free_symbols - known:
+                yield f"{self.name}: {title} is {value}, need a formula of parameters alone."
+            if self.modes:
+                yield f"{self.name}: got modes and {title}. Fix: leave {title} out."
+        where = f"{self.name}: mode"
+        for mode in self.modes:
+            named = f"{where} {mode.coordinate}"
+            if mode.coordinate not in coordinates:
+                yield f"{where}: " + unknown_name(
+                    "coordinate", str(mode.coordinate), map(str, coordinates)
+                )
+            for title, value in (("mass", mode.mass), ("frequency", mode.frequency)):
+                if _at_defaults(value, parameters).is_positive is False:
+                    yield f"{named}: {title} is {_shown(value, parameters)}, need > 0."
+            damping = expr(mode.damping)
+            if _at_defaults(damping, parameters).is_negative:
+                yield f"{named}: damping ratio is {_shown(damping, parameters)}, need >= 0."
+            elif damping.is_nonnegative is None:
+                yield (
+                    f"{named}: damping ratio is {damping}, which other parameters make negative, "
+                    "need >= 0. Fix: give its parameters lower = 0."
+                )
+        for before, after in self.successive_modes:
+            difference = expr(after.frequency) - expr(before.frequency)
+            if difference.is_negative or _at_defaults(difference, parameters).is_negative:
+                yield (
+                    f"{where} {after.coordinate}: frequency {after.frequency} is below the one "
+                    f"before, {before.frequency}. Fix: order the modes of one kind by frequency."
+                )
+
+    @property
+    def bounds(self) -> Iterator[tuple[sp.Expr, str, float]]:
+        """Margins that are positive where frequencies are and ascend, if parameters decide them.
+
+        Each with what is so there, and `DomainBound.near`.
+        """
+        where = f"{self.name}: mode"
+        for mode in self.modes:
+            frequency = expr(mode.frequency)
+            if frequency.is_positive is None:
+                yield frequency, f"{where} {mode.coordinate}: a natural frequency is positive", 0.0
+        for before, after in self.successive_modes:
+            difference = expr(after.frequency) - expr(before.frequency)
+            if difference.is_nonnegative is None:
+                meaning = f"{where} {after.coordinate}: modes of one kind ascend in frequency"
+                yield difference, meaning, 0.0
+
+    @property
+    def springs(self) -> tuple[Spring, ...]:
+        """Those of its modes."""
+        return tuple(mode.spring for mode in self.modes)
+
     def kinetic_energy(self, rates: Rates) -> sp.Expr:
         """Return T; J."""
         speeds = [rate(c, rates) for c in self.centre]
@@ -340,16 +406,20 @@ class Load:
         return [sum((expr(f) * sp.diff(expr(a), s) for a, f in pairs), sp.Integer(0)) for s in q]
 
 
-class Heavy(Protocol):
-    """A body by its weight, in the plane or in space."""
-
-    @property
-    def mass_moment(self) -> tuple[sp.Expr, ...]:
-        """m times the place of the mass centre; kg m."""
-        ...
+def _at_defaults(value: Scalar, parameters: Sequence[Parameter]) -> sp.Expr:
+    """Return a formula with the defaults of the parameters, where only these occur in it."""
+    formula = expr(value).xreplace({p.symbol: sp.Float(p.default) for p in parameters})
+    return formula if formula.is_number else expr(value)
 
 
-def weight(bodies: Iterable[Heavy], gravity: Scalar | tuple[Scalar, ...]) -> sp.Expr:
+def _shown(value: Scalar, parameters: Sequence[Parameter]) -> str:
+    """Return a formula as text, with its number where parameters occur in it."""
+    number = _at_defaults(value, parameters)
+    same = not expr(value).free_symbols or not number.is_number
+    return str(value) if same else f"{value} = {sp.N(number, 6)} at the defaults"
+
+
+def weight(bodies: Iterable[Body | SpatialBody], gravity: Scalar | tuple[Scalar, ...]) -> sp.Expr:
     """Return the potential energy of the bodies' weight; J.
 
     `gravity` is g, acting along −y in the plane and −z in space, or the acceleration vector; m/s².

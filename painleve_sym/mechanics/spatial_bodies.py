@@ -17,7 +17,8 @@ import mpmath
 import sympy as sp
 
 from painleve_sym.errors import ModelError, refuse_faulty
-from painleve_sym.mechanics.bodies import Rates, Scalar, expr, rate
+from painleve_sym.mechanics.bodies import Rates, Scalar, Spring, expr, rate
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.quaternions import Quaternion
 
 Vector3: TypeAlias = tuple[Scalar, Scalar, Scalar]
@@ -164,12 +165,15 @@ class SpatialBody:
             ["inertia: need three principal moments, or three rows of a symmetric tensor."],
         )
 
-    def faults(self, defaults: dict[sp.Symbol, sp.Expr]) -> Iterator[str]:
+    def faults(
+        self, _coordinates: Sequence[sp.Symbol], parameters: Sequence[Parameter]
+    ) -> Iterator[str]:
         """Yield a sentence for each way in which mass and tensor are none of a body.
 
         Principal moments are not negative, and none is larger than the other two together, which a
         flat body reaches. Entries are judged at the defaults of the parameters where these decide.
         """
+        defaults = {p.symbol: sp.Float(p.default) for p in parameters}
         mass = expr(self.mass).xreplace(defaults)
         if mass.is_number and not mass.is_positive:
             yield f"{self.name}: mass is {self.mass}, need > 0."
@@ -221,6 +225,11 @@ class SpatialBody:
                     "other two together",
                     0.0,
                 )
+
+    @property
+    def springs(self) -> tuple[Spring, ...]:
+        """None: it is rigid."""
+        return ()
 
     def kinetic_energy(self, rates: Rates) -> sp.Expr:
         """Return T; J."""

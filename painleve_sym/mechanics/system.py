@@ -242,19 +242,15 @@ class LagrangianSystem(Compared):
         """
         q, rates = [c.symbol for c in coordinates], _rates(coordinates, parameters)
         velocities, columns = velocities_of(coordinates), _columns_of_N(coordinates)
-        planar = [b for b in bodies if isinstance(b, Body)]
-        spatial = [b for b in bodies if isinstance(b, SpatialBody)]
-        faults = [fault for b in planar for fault in _body_faults(b, q, parameters)]
-        defaults = {p.symbol: sp.Float(p.default) for p in parameters}
-        faults += [fault for b in spatial for fault in b.faults(defaults)]
-        if planar and spatial:
+        faults = [fault for b in bodies for fault in b.faults(q, parameters)]
+        if len({len(b.centre) for b in bodies}) > 1:
             faults.append("got bodies in the plane and in space. Fix: give every centre a z.")
         if not faults and isinstance(gravity, tuple) and bodies:
-            need = len(bodies[0].mass_moment)
+            need = len(bodies[0].centre)
             if len(gravity) != need:
                 faults.append(f"gravity: got {len(gravity)} components, need {need}.")
         refuse_faulty(f"mechanism {name!r}", faults)
-        springs = [*springs, *(m.spring for b in planar for m in b.modes)]
+        springs = [*springs, *(spring for b in bodies for spring in b.springs)]
         kinetic = sum((b.kinetic_energy(rates) for b in bodies), expr(kinetic_energy))
         potential = expr(potential_energy) + weight(bodies, gravity)
         potential += sum(s.potential_energy for s in springs)
@@ -266,7 +262,8 @@ class LagrangianSystem(Compared):
             if total != 0:
                 given[velocity.row] = total
         declared = (name, tuple(coordinates), tuple(parameters))
-        return cls(*declared, kinetic, potential, given, tuple(planar))
+        planar = tuple(body for body in bodies if isinstance(body, Body))
+        return cls(*declared, kinetic, potential, given, planar)
 
     def _faults(self) -> list[str]:
         faults = list(self._name_faults())
@@ -543,60 +540,6 @@ class LagrangianSystem(Compared):
         still = dict.fromkeys(self.q_dot, sp.Integer(0))
         value = sp.sympify(formula).xreplace(still)
         return value if value == 0 else readable(value)
-
-
-def _body_faults(
-    body: Body, coordinates: Sequence[sp.Symbol], parameters: Sequence[Parameter]
-) -> Iterator[str]:
-    """Yield a sentence for each mode, length or period that cannot be: out of range, mostly."""
-    known = {p.symbol for p in parameters}
-    for title, value in (("length", body.length), ("lowest_period", body.lowest_period)):
-        if value is None:
-            continue
-        if expr(value).is_nonpositive:
-            yield f"{body.name}: {title} is {value}, need > 0."
-        if expr(value).free_symbols - known:
-            yield f"{body.name}: {title} is {value}, need a formula of parameters alone."
-        if body.modes:
-            yield f"{body.name}: got modes and {title}. Fix: leave {title} out."
-    where = f"{body.name}: mode"
-    for mode in body.modes:
-        named = f"{where} {mode.coordinate}"
-        if mode.coordinate not in coordinates:
-            yield f"{where}: " + unknown_name(
-                "coordinate", str(mode.coordinate), map(str, coordinates)
-            )
-        for title, value in (("mass", mode.mass), ("frequency", mode.frequency)):
-            if _at_defaults(value, parameters).is_positive is False:
-                yield f"{named}: {title} is {_shown(value, parameters)}, need > 0."
-        damping = expr(mode.damping)
-        if _at_defaults(damping, parameters).is_negative:
-            yield f"{named}: damping ratio is {_shown(damping, parameters)}, need >= 0."
-        elif damping.is_nonnegative is None:
-            yield (
-                f"{named}: damping ratio is {damping}, which other parameters make negative, need "
-                ">= 0. Fix: give its parameters lower = 0."
-            )
-    for before, after in body.successive_modes:
-        difference = expr(after.frequency) - expr(before.frequency)
-        if difference.is_negative or _at_defaults(difference, parameters).is_negative:
-            yield (
-                f"{where} {after.coordinate}: frequency {after.frequency} is below the one before, "
-                f"{before.frequency}. Fix: order the modes of one kind by frequency."
-            )
-
-
-def _at_defaults(value: Scalar, parameters: Sequence[Parameter]) -> sp.Expr:
-    """Return a formula with the defaults of the parameters, where only these occur in it."""
-    formula = expr(value).xreplace({p.symbol: sp.Float(p.default) for p in parameters})
-    return formula if formula.is_number else expr(value)
-
-
-def _shown(value: Scalar, parameters: Sequence[Parameter]) -> str:
-    """Return a formula as text, with its number where parameters occur in it."""
-    number = _at_defaults(value, parameters)
-    same = not expr(value).free_symbols or not number.is_number
-    return str(value) if same else f"{value} = {sp.N(number, 6)} at the defaults"
 
 
 def _columns_of_N(coordinates: Sequence[Coordinate]) -> list[list[tuple[sp.Symbol, sp.Expr]]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path as FilePath
 from typing import Any
@@ -13,7 +13,7 @@ import sympy as sp
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.escape import latex_fault
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring, expr
+from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
 from painleve_sym.mechanics.materials import PROPERTIES
@@ -283,11 +283,7 @@ class _Reader:
     def domain(self) -> tuple[DomainBound, ...]:
         tables = self.top.tables("domain", ("margin", "meaning"))
         given = (DomainBound(table.formula("margin"), table.text("meaning")) for table in tables)
-        planar = [body for body in self.bodies if isinstance(body, Body)]
-        own = (bound for body in planar for bound in _mode_bounds(body))
-        spatial = (body for body in self.bodies if isinstance(body, SpatialBody))
-        in_space = (DomainBound(*bound) for body in spatial for bound in body.bounds)
-        return (*given, *own, *in_space)
+        return (*given, *(DomainBound(*bound) for body in self.bodies for bound in body.bounds))
 
     def shapes(self) -> tuple[Shape, ...]:
         return tuple(s for t in self.top.tables("shapes", _SHAPE) if (s := _shape(t)) is not None)
@@ -300,21 +296,6 @@ class _Reader:
             if name not in names:
                 table.fault(unknown_name("state", name, names), name)
         return {name: table.number(name) for name in table}
-
-
-def _mode_bounds(body: Body) -> Iterator[DomainBound]:
-    """Yield positive and ascending frequencies as bounds where values of parameters decide them."""
-    where = f"{body.name}: mode"
-    for mode in body.modes:
-        frequency = expr(mode.frequency)
-        if frequency.is_positive is None:
-            meaning = f"{where} {mode.coordinate}: a natural frequency is positive"
-            yield DomainBound(frequency, meaning)
-    for before, after in body.successive_modes:
-        difference = expr(after.frequency) - expr(before.frequency)
-        if difference.is_nonnegative is None:
-            meaning = f"{where} {after.coordinate}: modes of one kind ascend in frequency"
-            yield DomainBound(difference, meaning)
 
 
 def _stand_in(
@@ -463,39 +444,42 @@ def _contact(
         table.fault(f"got {' and '.join(kinds) or 'none'}, need one of point, disc, gap.")
         return None
     (kind,) = kinds
-    spatial = [body for body in bodies if isinstance(body, SpatialBody)]
-    in_space = kind == "point" and (is_triple(table, "point") or bool(spatial))
-    for key in table:
-        if in_space:
-            break
-        if key in _CONTACT and key not in (*_ALWAYS, kind, *_KINDS[kind]):
-            table.fault(f"{key} does not belong to a contact with {kind}.", key)
     clock = {s.name: s for s in system.clock} if system else {TIME.name: TIME}
-    if in_space:
-        make: Maker = contact_in_space(table, {**clock, **symbols}, spatial)
-    elif kind == "gap" and isinstance(table.entries.get("slip_velocity"), list):
-        slip, across = table.vector("slip_velocity", 2)
-        make = partial(Contact, gap=table.formula("gap"), slip_velocity=slip, slip_across=across)
-    elif kind == "gap":
-        gap, slip = table.formula("gap"), table.formula("slip_velocity")
-        make = partial(Contact, gap=gap, slip_velocity=slip)
-        if "at" in table:
-            at, slope = table.pair("at"), table.formula("slope", 0)
-            make = partial(make, geometry=ContactGeometry.straight(at, slope, gap))
-        elif "slope" in table:
-            table.fault("slope says how a contact with gap is drawn. Fix: add at.", "slope")
-    elif kind == "disc":
-        make = partial(Contact.of_disc, **_disc(table), **_surface(table))
+    axes = {3 if is_triple(table, "point") else 2, *(len(body.centre) for body in bodies)}
+    if kind == "point" and 3 in axes:
+        make: Maker = contact_in_space(table, {**clock, **symbols}, bodies)
     else:
-        planar = [body for body in bodies if isinstance(body, Body)]
-        make = _point(table, {**clock, **symbols}, planar)
+        make = partial(_in_plane(table, kind, {**clock, **symbols}, bodies), bilateral=bilateral)
     if table.source.stand_ins > before or friction is None or system is None:
         return None
     contact = None
     with table.source.making(*table.path):
-        given = {} if in_space else {"bilateral": bilateral}
-        contact = make(name=name, system=system, friction=friction, **given)
+        contact = make(name=name, system=system, friction=friction)
     return contact
+
+
+def _in_plane(
+    table: Table, kind: str, names: Mapping[str, sp.Expr], bodies: Sequence[Body | SpatialBody]
+) -> Maker:
+    """Return what makes the contact of a point or a disc in the plane, or of a gap."""
+    for key in table:
+        if key in _CONTACT and key not in (*_ALWAYS, kind, *_KINDS[kind]):
+            table.fault(f"{key} does not belong to a contact with {kind}.", key)
+    if kind == "gap" and isinstance(table.entries.get("slip_velocity"), list):
+        slip, across = table.vector("slip_velocity", 2)
+        return partial(Contact, gap=table.formula("gap"), slip_velocity=slip, slip_across=across)
+    if kind == "gap":
+        gap, slip = table.formula("gap"), table.formula("slip_velocity")
+        if "at" in table:
+            at, slope = table.pair("at"), table.formula("slope", 0)
+            drawn = ContactGeometry.straight(at, slope, gap)
+            return partial(Contact, gap=gap, slip_velocity=slip, geometry=drawn)
+        if "slope" in table:
+            table.fault("slope says how a contact with gap is drawn. Fix: add at.", "slope")
+        return partial(Contact, gap=gap, slip_velocity=slip)
+    if kind == "disc":
+        return partial(Contact.of_disc, **_disc(table), **_surface(table))
+    return _point(table, names, [body for body in bodies if isinstance(body, Body)])
 
 
 def _surface(table: Table) -> dict[str, Any]:

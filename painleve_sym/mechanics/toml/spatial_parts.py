@@ -9,6 +9,7 @@ from typing import Any
 import sympy as sp
 
 from painleve_sym.errors import unknown_name
+from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.quaternions import Quaternion
 from painleve_sym.mechanics.spatial_bodies import Orientation, SpatialBody
@@ -65,7 +66,7 @@ def _inertia(table: Table) -> tuple[Any, ...]:
 
 
 def contact_in_space(
-    table: Table, names: Mapping[str, sp.Expr], bodies: Sequence[SpatialBody]
+    table: Table, names: Mapping[str, sp.Expr], bodies: Sequence[Body | SpatialBody]
 ) -> Callable[..., Contact]:
     """Return what makes the contact of a point in space once name, system and friction are given.
 
@@ -85,12 +86,13 @@ def contact_in_space(
     return partial(Contact.in_space, point=point, surface=surface, **given)
 
 
-def _point(table: Table, bodies: Sequence[SpatialBody]) -> tuple[sp.Expr, ...]:
+def _point(table: Table, bodies: Sequence[Body | SpatialBody]) -> tuple[sp.Expr, ...]:
     """Return the place of the point: three formulas, or a material point of a named body."""
     if not isinstance(table.entries["point"], Mapping):
         return table.vector("point")
     own = table.table("point", ("body", "at"))
-    named, name = {body.name: body for body in bodies}, own.text("body")
+    named = {body.name: body for body in bodies if not isinstance(body, Body)}
+    name = own.text("body")
     x, y, z = own.vector("at")
     if name in named:
         return named[name].point((x, y, z))
