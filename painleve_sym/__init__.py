@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from painleve_sym import models as models
     from painleve_sym.at.cases import classify as classify
     from painleve_sym.at.classification import Classification as Classification
-    from painleve_sym.at.classification import NormalCoefficients as NormalCoefficients
     from painleve_sym.at.jump import JumpPhase as JumpPhase
     from painleve_sym.at.jump import JumpResult as JumpResult
     from painleve_sym.at.jump import evaluate_jump as evaluate_jump
@@ -100,6 +99,8 @@ if TYPE_CHECKING:
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
+    from painleve_sym.problem.coefficients import NormalCoefficients as NormalCoefficients
+    from painleve_sym.problem.coefficients import Sector as Sector
     from painleve_sym.problem.complementarity.lcp import LCP as LCP
     from painleve_sym.problem.complementarity.uniqueness import Uniqueness as Uniqueness
     from painleve_sym.problem.contact_problem import ContactProblem as ContactProblem
@@ -116,8 +117,6 @@ if TYPE_CHECKING:
     from painleve_sym.problem.impact.path import ImpactPhase as ImpactPhase
     from painleve_sym.problem.impact.spatial import InvariantDirection as InvariantDirection
     from painleve_sym.problem.modes import ContactMode as ContactMode
-    from painleve_sym.problem.one_contact import ContactAnswer as ContactAnswer
-    from painleve_sym.problem.one_contact import Sector as Sector
     from painleve_sym.problem.one_contact import contact as contact
     from painleve_sym.problem.solution import ContactCase as ContactCase
     from painleve_sym.problem.solution import ContactSolution as ContactSolution
@@ -158,7 +157,7 @@ _NAMES = {
     "problem.complementarity.lcp": ("LCP",),
     "problem.complementarity.uniqueness": ("Uniqueness",),
     "problem.impact.chatter": ("Chatter",),
-    "at.classification": ("Classification", "NormalCoefficients"),
+    "at.classification": ("Classification",),
     "at.cases": ("classify",),
     "problem.friction_set": ("Brake", "Disc", "Interval"),
     "at.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
@@ -167,7 +166,8 @@ _NAMES = {
     "problem.impact.spatial": ("InvariantDirection",),
     "at.tangential": ("TangentialImpact", "tangential_impact"),
     "problem.modes": ("ContactMode",),
-    "problem.one_contact": ("ContactAnswer", "Sector", "contact"),
+    "problem.one_contact": ("contact",),
+    "problem.coefficients": ("NormalCoefficients", "Sector"),
     "problem.contact_problem": ("ContactProblem",),
     "problem.solution": ("ContactCase", "ContactSolution"),
     "errors": (

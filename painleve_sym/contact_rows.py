@@ -11,6 +11,15 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 
+def axis_names(n_tangents: int) -> tuple[str, ...]:
+    """Return the names of the rows of one contact: n, t of one tangent; n, t1, t2, ... of several.
+
+    >>> axis_names(1), axis_names(2)
+    (('n', 't'), ('n', 't1', 't2'))
+    """
+    return ("n", "t") if n_tangents == 1 else ("n", *(f"t{k + 1}" for k in range(n_tangents)))
+
+
 class ContactRows(NamedTuple):
     """Rows of n contacts, each with one normal and `n_tangents` tangential directions.
 

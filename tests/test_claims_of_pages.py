@@ -85,7 +85,7 @@ def test_static_friction_can_leave_stick_alone_where_the_free_contact_opens():
 
 def test_planar_contact_at_rest_can_have_three_solutions():
     W, b, mu = np.array([[2, 1.5], [1.5, 2]]), np.array([1, 6.5]), 1.5
-    resting = ps.contact(W, b, mu).solutions
+    resting = ps.contact(W, b, mu).solutions()
     assert {s.mode.value for s in resting} == {"liftoff", "slip_pos", "stick"}
     normal = -b[0] / (W[0, 0] - mu * W[0, 1])  # slip along t, by hand
     assert normal > 0 and (W[1, 0] - mu * W[1, 1]) * normal + b[1] > 0

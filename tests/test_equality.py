@@ -50,7 +50,6 @@ MADE = {
         rod(mu), "hertz", {**STATE, "theta": [0.9, 1.0]}, t_end=1e-3
     ),
     "Classification": lambda mu=1.5: ps.classify(rod(mu), STATE),
-    "ContactAnswer": in_space,
     "ContactProblem": several,
     "ContactSolution": lambda mu=0.5: several(mu).solutions()[0],
     "CorrectedJump": corrected,

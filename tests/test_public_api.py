@@ -174,7 +174,6 @@ def test_results_are_one_line_pickle_and_have_the_data_that_the_page_says():
     state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
     results = {
         "classify": ps.classify(rod, state),
-        "contact": ps.contact([[2, 1.5], [1.5, 2]], [3, 0], 1.5, velocity=1.0),
         "simulate": ps.simulate(rod, law, state, t_end=1e-3),
         "reproduce": ps.reproduce(["eq-1"]),
         "solve_impact": ps.solve_impact([[1, 0.6], [0.6, 1]], 2.0, (0, 1.0), "energetic", 0.75),

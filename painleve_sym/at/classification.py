@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.model import guide_slip_mode, guide_stick_mode
@@ -14,12 +14,12 @@ from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.mechanics.outline import KINDS
 from painleve_sym.notebooks import Shown
+from painleve_sym.problem.coefficients import NormalCoefficients
 from painleve_sym.problem.complementarity.uniqueness import Uniqueness
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.chatter import Chatter, chatter
 from painleve_sym.problem.modes import ContactMode
-from painleve_sym.problem.one_contact import ContactAnswer, solution_data
-from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, forces_data
+from painleve_sym.problem.solution import ContactCase, ContactSolution, case_of, solution_data
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,7 +56,8 @@ class Classification(Shown, Compared):
     In space:
 
     >>> answer = ps.classify("rod-3d", {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0})
-    >>> round(answer.answer.mu_P, 6), round(answer.answer.sector.half_angle, 6)
+    >>> [own] = answer.coefficients
+    >>> round(own.mu_P, 6), round(own.sector.half_angle, 6)
     (1.375259, 0.188277)
     """
 
@@ -87,22 +88,15 @@ class Classification(Shown, Compared):
         return len(self.contacts) + len(self.open) == 1
 
     @cached_property
-    def promise(self) -> Uniqueness:
-        """Existence and uniqueness for all loads, from W, μ and slip directions in the plane."""
-        return self.problem.uniqueness()
+    def promise(self) -> Uniqueness | None:
+        """Existence and uniqueness for all loads, from W, μ and slip directions; None in space."""
+        return self.problem.uniqueness() if self.problem.in_plane else None
 
     @cached_property
     def coefficients(self) -> tuple[NormalCoefficients, ...]:
-        """A and B of each closed contact in the plane, the others open."""
-        sticking = zip(self.A_sticks.tolist(), self.B_sticks.tolist(), strict=True)
-        return tuple(
-            NormalCoefficients.of(self.problem.alone(i), *stick) for i, stick in enumerate(sticking)
-        )
-
-    @cached_property
-    def answer(self) -> ContactAnswer:
-        """The contact where it is `single`: A, B, μ_P, sector, least μ_P over all normals."""
-        return ContactAnswer(self.problem, self.solutions)
+        """A, B, critical friction and more of each closed contact, the others open."""
+        given = zip(self.problem.coefficients, self.A_sticks, self.B_sticks, strict=True)
+        return tuple(own._replace(A_stick=float(A), B_stick=float(B)) for own, A, B in given)
 
     # ---- one contact: where it is `single` ----
 
@@ -149,12 +143,17 @@ class Classification(Shown, Compared):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        contacts = {name: self._contact_data(i) for i, name in enumerate(self.contacts)}
-        data = {
+        given = zip(self.contacts, self.problem.bilateral.tolist(), strict=True)
+        kinds = {name: KINDS[bilateral] for name, bilateral in given}
+        numbers = zip(kinds.items(), self.problem.slips, self.coefficients, strict=True)
+        return {
             "mechanism": self.mechanism,
             "state": self.state,
             "parameters": self.parameters,
-            "contacts": contacts,
+            "contacts": {
+                name: {"kind": kind, "slip_velocity": list(slip), **own.to_dict()}
+                for (name, kind), slip, own in numbers
+            },
             "open": list(self.open),
             "W": self.problem.W.tolist(),
             "b": self.problem.b.tolist(),
@@ -162,89 +161,16 @@ class Classification(Shown, Compared):
             "guarantee": self.problem.guarantee,
             "case": self.case.value,
             "borders": list(self.problem.borders),
-            "solutions": [
-                {
-                    "contacts": {
-                        name: self._solution_data(s, i) for i, name in enumerate(self.contacts)
-                    },
-                    **forces_data(s),
-                }
-                for s in self.solutions
-            ],
+            "solutions": list(map(self._solution_data, self.solutions)),
+            "promise": None if self.promise is None else self.promise.label,
+            "chatter": [c.to_dict() for c in self.chatter],
         }
-        if self.problem.in_plane:
-            data |= {
-                "promise": self.promise.label,
-                "chatter": [c.to_dict() for c in self.chatter],
-            }
+
+    def _solution_data(self, solution: ContactSolution) -> dict[str, Any]:
+        data = solution_data(solution, self.contacts)
+        for i, own in enumerate(data["contacts"].values()):
+            own["name"] = solution_name(solution, self.problem, i)
         return data
-
-    def _contact_data(self, i: int) -> dict[str, Any]:
-        """Return the numbers of one closed contact, the others open."""
-        if not self.problem.in_plane:
-            alone = self.problem.alone(i)
-            return {"slip_velocity": list(alone.slips[0])} | ContactAnswer(
-                alone, ()
-            ).coefficient_data()
-        return {
-            "kind": KINDS[bool(self.problem.bilateral[i])],
-            "slip_velocity": float(self.problem.slip_velocity[i]),
-            **self.coefficients[i]._asdict(),
-        }
-
-    def _solution_data(self, solution: ContactSolution, i: int) -> dict[str, Any]:
-        """Return mode, forces and accelerations of one contact in a solution as plain data."""
-        if not self.problem.in_plane:
-            return solution_data(solution, i)
-        return {
-            "mode": solution.modes[i].value,
-            "name": solution_name(solution, self.problem, i),
-            "normal_force": float(solution.normal_forces[i]),
-            "tangential_force": float(solution.tangential_forces[i]),
-            "normal_acceleration": float(solution.normal_accelerations[i]),
-            "tangential_acceleration": float(solution.tangential_accelerations[i]),
-        }
-
-
-class NormalCoefficients(NamedTuple):
-    """The line g̈_N = A F_n + B of one contact in slip and in sticking, the others open.
-
-    Attributes
-    ----------
-    slip : int
-        s = sign(v_t); at v_t = 0 the sign of the free acceleration b_t (−1 where b_t = 0).
-    A, A_pull : float
-        A in slip along s for F_n > 0, and for F_n < 0, which a bilateral contact has; 1/kg.
-    B : float
-        m/s².
-    A_stick, B_stick : float
-        A′ and B′ of g̈_N = A′ F_n + B′ in sticking; 1/kg and m/s².
-    excess : float
-        μ |W_nt| − W_nn: where positive A < 0 for one direction of slip, and a bilateral slip has no
-        solution or two; 1/kg.
-
-    Examples
-    --------
-    >>> import painleve_sym as ps
-    >>> [own] = ps.classify("rod", {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}).coefficients
-    >>> own.slip, round(own.A, 6), round(own.B, 6), own.excess > 0
-    (-1, -0.033745, -8.958529, True)
-    """
-
-    slip: int
-    A: float
-    A_pull: float
-    B: float
-    A_stick: float
-    B_stick: float
-    excess: float
-
-    @classmethod
-    def of(cls, problem: ContactProblem, A_stick: float, B_stick: float) -> NormalCoefficients:
-        """Return the coefficients of a problem of one contact; A′, B′ in stick are given."""
-        s = problem.slip_direction or (1 if problem.b_t > 0 else -1)
-        A, A_pull = problem.A_slip(s), problem.A_slip(s, -1)
-        return cls(s, A, A_pull, problem.B, A_stick, B_stick, -min(A, A_pull))
 
 
 def solution_name(solution: ContactSolution, problem: ContactProblem, i: int = 0) -> str:

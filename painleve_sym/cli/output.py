@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.files import to_plain, write_beside
+from painleve_sym.problem.risk import slip_angle
 from painleve_sym.quantities import ROUNDING
 from painleve_sym.tables import display_width, text_lines
 
@@ -167,6 +168,18 @@ def wrapped(text: str) -> str:
         drop_whitespace=True,
     )
     return "\n".join(lines)
+
+
+def slip_head(n_tangents: int) -> tuple[str, ...]:
+    """Return the title of the column of directions of slip: one tangent has none."""
+    return ("slip [rad]",) if n_tangents > 1 else ()
+
+
+def slip_cells(direction: Sequence[float]) -> tuple[str, ...]:
+    """Return the cell of a direction of slip in that column: its angle, if it slips."""
+    if len(direction) < 2:
+        return ()
+    return (number(slip_angle(direction)) if any(direction) else "",)
 
 
 def show_table(

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from painleve_sym.at.classification import Classification
 from painleve_sym.cli.certify import BOX, answer
+from painleve_sym.cli.classify import show_solutions
 from painleve_sym.cli.options import (
     FIGURES,
     figure_file,
@@ -23,7 +25,7 @@ from painleve_sym.cli.options import (
 from painleve_sym.cli.output import draw, number, print_json, show, show_notices, show_table
 from painleve_sym.cli.robot_options import file_options, place_options
 from painleve_sym.errors import InputError
-from painleve_sym.problem.one_contact import ContactAnswer
+from painleve_sym.problem.risk import slip_angle
 from painleve_sym.quantities import counted
 from painleve_sym.robots.contact_mechanism import CAVEATS
 from painleve_sym.robots.contact_risk import LeastRisk
@@ -84,7 +86,7 @@ def robot(arguments: argparse.Namespace) -> int:
     if arguments.json:
         data = report.to_dict()
         if solved is not None:
-            data |= {key: solved.to_dict()[key] for key in ("case", "solutions")}
+            data |= {key: solved.to_dict()[key] for key in ("contacts", "case", "solutions")}
         if motion is not None:
             data["trajectory"] = motion.to_dict()
         print_json(data | {"notices": list(report.notices)})
@@ -149,7 +151,7 @@ def _certify(arguments: argparse.Namespace) -> int:
     return answer(arguments, contact.title, data, over, derive, notices)
 
 
-def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnswer | None:
+def _answer(arguments: argparse.Namespace, contact: RobotContact) -> Classification | None:
     """Return every solution where velocities or torques are given."""
     if not (arguments.velocities or arguments.torques):
         return None
@@ -160,20 +162,14 @@ def _answer(arguments: argparse.Namespace, contact: RobotContact) -> ContactAnsw
     efforts = {n: "N m" if joint.unit == "rad" else "N" for n, joint in contact.joints.items()}
     velocities = read_quantities("--velocities", arguments.velocities, lambda: units)
     torques = read_quantities("--torques", arguments.torques, lambda: efforts)
-    return contact.classify(arguments.mu, velocities, torques).answer
+    return contact.classify(arguments.mu, velocities, torques)
 
 
-def _show_answer(answer: ContactAnswer) -> None:
+def _show_answer(answer: Classification) -> None:
     show()
     show(f"case with these velocities and torques: {answer.case.value} ({answer.case.sentence})")
-    rows = [
-        (s.mode.value, *(number(v) for v in (*s.force.tolist(), *s.acceleration.tolist())))
-        for s in answer.solutions
-    ]
-    if rows:
-        names = ("n", "t1", "t2")
-        head = ("solution", *(f"F_{n} [N]" for n in names), *(f"a_{n} [m/s^2]" for n in names))
-        show_table(head, rows)
+    if answer.solutions:
+        show_solutions(answer)
 
 
 def _show_motion(motion: RiskTrajectory) -> None:
@@ -210,17 +206,17 @@ def _show(report: RiskReport) -> None:
         )
         show("above it there are directions of slip with A < 0")
         show(
-            f"worst direction of slip: {math.degrees(risk.direction):.4g} deg from t1, "
+            f"worst direction of slip: {math.degrees(slip_angle(risk.direction)):.4g} deg from t1, "
             f"{', '.join(number(v, 4, 1.0) for v in risk.worst_direction)} in the world"
         )
     else:
         show("w = 0, mu_P = inf: a sliding contact has one answer here, whatever its friction")
-    if risk.mu is not None and risk.half_angle is not None:
-        inside = f"inside the paradox within {math.degrees(risk.half_angle):.4g} deg of it"
-        show(
-            f"mu = {number(risk.mu)}: "
-            + (inside if risk.half_angle else "below mu_P, no slip is inside the paradox")
-        )
+    if risk.mu is not None:
+        inside = "below mu_P, no slip is inside the paradox"
+        if risk.sector is not None:
+            within = math.degrees(risk.sector.half_angle)
+            inside = f"inside the paradox within {within:.4g} deg of it"
+        show(f"mu = {number(risk.mu)}: {inside}")
     if risk.impact is not None:
         rebound, _, _ = risk.impact.velocity
         show(

@@ -23,14 +23,16 @@ from painleve_sym.cli.output import (
     show,
     show_notices,
     show_table,
+    slip_cells,
+    slip_head,
     velocity_table,
 )
+from painleve_sym.contact_rows import axis_names
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory
-from painleve_sym.problem.risk import slip_angle
 from painleve_sym.quantities import counted
 from painleve_sym.study.scenario import Scenario
 
@@ -144,15 +146,13 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     value = scenario.coefficient_of(rule)
     show(f"{rule.title}, {rule.parameter.name} = {number(value)}")
     show()
-    head: tuple[str, ...] = ("phase", "P_n [N s]", "P_t [N s]", "stored [J]")
-    if len(impact.slip_velocity) > 1:
-        head = (*head[:2], "P_1 [N s]", "P_2 [N s]", head[-1], "slip [rad]")
-    rows = []
-    for p in impact.phases:
-        P_t = map(number, p.tangential_impulse)
-        way = number(slip_angle(p.direction)) if any(p.direction) else ""
-        cells = (p.name, number(p.normal_impulse), *P_t, number(p.stored_energy), way)
-        rows.append(cells[: len(head)])
+    tangents = len(impact.slip_velocity)
+    impulses = (f"P_{axis} [N s]" for axis in axis_names(tangents))
+    head = ("phase", *impulses, "stored [J]", *slip_head(tangents))
+    rows = [
+        (p.name, *map(number, p.impulse), number(p.stored_energy), *slip_cells(p.direction))
+        for p in impact.phases
+    ]
     show_table(head, rows)
     show()
     show("velocities at the end of each phase")

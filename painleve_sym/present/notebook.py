@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from painleve_sym.at.classification import Classification
 from painleve_sym.at.jump import JumpResult
+from painleve_sym.contact_rows import axis_names
 from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -93,8 +94,7 @@ def _classification(classification: Classification) -> list[str]:
     solutions = classification.solutions
     if not solutions:
         return [sentence]
-    in_space = not classification.problem.in_plane
-    axes = ("n", "1", "2") if in_space else ("n", "t")
+    axes = axis_names(max(classification.problem.tangents))
     head = ("solution", "contact", "mode", *(f"F_{k} (N)" for k in axes))
     rows = [
         (str(i), name, mode.value, *(f"{v:.6g}" for v in numbers))
@@ -114,7 +114,7 @@ def _forces_and_accelerations(solution: ContactSolution) -> list[list[float]]:
 
 def _jump(jump: JumpResult) -> list[str]:
     """Return the phases, and the velocities before and after."""
-    tangents = ("1", "2") if len(jump.slip_velocity) > 1 else ("t",)
+    _, *tangents = axis_names(len(jump.slip_velocity))
     impulses, slips = [f"P_{t} (N s)" for t in tangents], [f"v_{t} (m/s)" for t in tangents]
     head = ("phase", "P_n (N s)", *impulses, "energy gained (J)", *slips, "v_n (m/s)")
     rows = []

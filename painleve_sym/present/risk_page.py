@@ -11,6 +11,7 @@ from painleve_sym.present.page import HtmlPage, Section, figure, paragraph, tabl
 from painleve_sym.present.risk_figure import risk_figure
 from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
 from painleve_sym.present.style import svg_text
+from painleve_sym.problem.risk import slip_angle
 from painleve_sym.quantities import ROUNDING
 from painleve_sym.robots.report import RiskReport
 from painleve_sym.robots.trajectory import RiskTrajectory
@@ -28,13 +29,13 @@ def risk_page(report: RiskReport, motion: RiskTrajectory | None = None) -> HtmlP
         else "Whatever its friction, the rigid contact has one answer at this pose while it "
         "slides: tangential forces do not move it along its normal (w = 0)."
     )
-    if risk.mu is not None and risk.half_angle is not None:
-        degrees = f"{math.degrees(risk.half_angle):.3g}°"
+    if risk.sector is not None:
+        degrees = f"{math.degrees(risk.sector.half_angle):.3g}°"
         lead += paragraph(
             f"With μ = {risk.mu:g}, slip within {degrees} of the worst direction is inside it."
-            if risk.half_angle
-            else f"With μ = {risk.mu:g} no slip at this pose is inside the paradox."
         )
+    elif risk.mu is not None:
+        lead += paragraph(f"With μ = {risk.mu:g} no slip at this pose is inside the paradox.")
     lead += "".join(paragraph(notice) for notice in report.notices)
     rows: list[tuple[str, object]] = [
         ("μ_P at this pose", _shown(risk.mu_P)),
@@ -43,7 +44,7 @@ def risk_page(report: RiskReport, motion: RiskTrajectory | None = None) -> HtmlP
     if bounded:
         world = ", ".join(f"{v:.6g}" for v in _cleaned(risk.worst_direction, 1.0))
         rows[1:1] = [
-            ("worst direction of slip, from t1 towards t2, rad", risk.direction),
+            ("worst direction of slip, from t1 towards t2, rad", slip_angle(risk.direction)),
             ("worst direction of slip in the world", world),
         ]
     if risk.mu is not None:

@@ -11,15 +11,15 @@ Examples
 ('slip', ['slip'])
 """
 
+from painleve_sym.problem.coefficients import NormalCoefficients, Sector
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.friction_set import Brake, Disc, FrictionSet, Interval
 from painleve_sym.problem.modes import ContactMode
-from painleve_sym.problem.one_contact import ContactAnswer, Sector, contact
+from painleve_sym.problem.one_contact import contact
 from painleve_sym.problem.solution import ContactCase, ContactSolution
 
 __all__ = [
     "Brake",
-    "ContactAnswer",
     "ContactCase",
     "ContactMode",
     "ContactProblem",
@@ -27,6 +27,7 @@ __all__ = [
     "Disc",
     "FrictionSet",
     "Interval",
+    "NormalCoefficients",
     "Sector",
     "contact",
 ]

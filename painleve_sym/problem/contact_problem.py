@@ -74,7 +74,7 @@ MAX_RESTING = 4
 """Most contacts in space at rest: all directions of five at once take minutes to search."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ContactProblem(OnlyContact):
     """State the contact problem of n closed contacts, all with zero normal velocity.
 
@@ -128,6 +128,12 @@ class ContactProblem(OnlyContact):
     >>> solution.mode.value, solution.force.round(6).tolist()
     ('slip', [2.177778, 1.088889, 0.0])
     """
+
+    def __repr__(self) -> str:
+        """Return the number of contacts, their friction and their slip in one line."""
+        given = self.mu.tolist(), self.slip_velocity.tolist()
+        mu, slip = (", ".join(f"{v:.6g}" for v in values) for values in given)
+        return f"ContactProblem of {self._described}: mu = {mu}; slip {slip} m/s"
 
     # ---- solutions ----
 

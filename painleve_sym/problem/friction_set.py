@@ -16,8 +16,12 @@ from painleve_sym.checks import number
 
 
 def unit_vector(vector: Sequence[float]) -> tuple[float, ...]:
-    """Return the unit vector along a vector; empty for 0."""
-    largest = max(map(abs, vector))
+    """Return the unit vector along one, such as a slip velocity; empty where that is 0.
+
+    >>> unit_vector((0.0, -2.0))
+    (0.0, -1.0)
+    """
+    largest = max(map(abs, vector), default=0.0)
     if largest == 0:
         return ()
     parts = [v / largest for v in vector]  # neither overflow nor underflow in their squares
@@ -48,14 +52,6 @@ class FrictionSet:
         """
         name = type(self).__name__
         object.__setattr__(self, "mu", number(self.mu, "mu", where=name, lower=0.0))
-
-    def direction(self, slip: Sequence[float]) -> tuple[float, ...]:
-        """Return the unit vector along a slip velocity; empty at rest.
-
-        >>> Disc(0.5).direction((0.0, -2.0))
-        (0.0, -1.0)
-        """
-        return unit_vector(slip)
 
 
 @dataclass(frozen=True)
@@ -108,8 +104,8 @@ class Disc(FrictionSet):
     Examples
     --------
     >>> import painleve_sym as ps
-    >>> ps.Disc(0.3).direction((3.0, 4.0))
-    (0.6, 0.8)
+    >>> ps.Disc(0.3).n_tangents
+    2
     """
 
     n_tangents: ClassVar[int] = 2

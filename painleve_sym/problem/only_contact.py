@@ -1,23 +1,50 @@
-"""Scalars of a problem with one contact in the plane."""
+"""Numbers of each contact of a problem, the others open, and scalars of its only one."""
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from painleve_sym.checks import checked_number
 from painleve_sym.errors import InputError
-from painleve_sym.problem.risk import held
+from painleve_sym.problem.coefficients import NormalCoefficients
 from painleve_sym.problem.rounding import rounded_difference
-from painleve_sym.problem.statement import STATED, Statement
+from painleve_sym.problem.statement import STATED, Statement, is_brake
 
 
 class OnlyContact(Statement):
-    """Problem whose one contact has scalars: W_nn, W_nt, ..., A, B.
+    """Problem whose one contact has scalars: W_nn, W_nt, ... in the plane, A, B, A_stick, B_stick.
 
-    Each of them raises InputError for several contacts, and for one in space.
+    Each of them raises InputError for several contacts.
     """
+
+    @cached_property
+    def coefficients(self) -> tuple[NormalCoefficients, ...]:
+        """A, B, critical friction and more of each contact, the others open.
+
+        With the first ball of friction of each.
+
+        Raises
+        ------
+        InputError
+            For a `Brake`, which has no normal row.
+        """
+        return tuple(map(self._coefficients, range(self.size)))
+
+    def _coefficients(self, i: int) -> NormalCoefficients:
+        own = self.friction[i]
+        if is_brake(own):
+            raise InputError(
+                f"coefficients belong to contacts with a normal row: got {own[0]!r}. "
+                "Fix: leave it out."
+            )
+        ball = own[0] if own else None
+        tangents, mu = (ball.n_tangents, ball.mu) if ball else (0, 0.0)
+        rows = list(self.rows[i][: 1 + tangents])
+        W, b = self.W[np.ix_(rows, rows)], self.b[rows]
+        return NormalCoefficients.of(W, b, mu, self.slips[i][:tangents])
 
     @classmethod
     def single(
@@ -127,27 +154,36 @@ class OnlyContact(Statement):
         return float(rounded_difference(self.W_nn, direction * side * self.mu.item() * self.W_nt))
 
     @property
-    def A(self) -> float | None:
-        """Return A for the present slip direction and F_n > 0, in 1/kg; None when v_t = 0."""
-        return self.A_slip(self.slip_direction) if self.slip_direction else None
+    def A(self) -> float:
+        """A of the only contact in slip with F_n > 0, in 1/kg; see `NormalCoefficients`."""
+        return self._own.A
 
     @property
     def B(self) -> float:
-        """Return B = b_n, in m/s²."""
-        return self.b_n
+        """B = b_n of the only contact, in m/s²."""
+        return self._own.B
 
     @property
     def A_stick(self) -> float:
-        """Return A' = W_nn - W_nt²/W_tt of ``a_n = A' F_n + B'`` while sticking, in 1/kg.
+        """A' of ``a_n = A' F_n + B'`` of the only contact in sticking, in 1/kg.
 
-        W_nn where no motion slides the contact, W_tt = 0.
+        In the plane W_nn - W_nt²/W_tt; W_nn where no motion slides the contact.
         """
-        return float(held(self._only("A_stick").W, self.b, 1)[0].item())
+        return self._own.A_stick
 
     @property
     def B_stick(self) -> float:
-        """Return B' = b_n - W_nt b_t/W_tt, in m/s²; b_n where W_tt = 0."""
-        return float(held(self._only("B_stick").W, self.b, 1)[1].item())
+        """B' of the same, in m/s²; b_n where no motion slides the contact."""
+        return self._own.B_stick
+
+    @property
+    def _own(self) -> NormalCoefficients:
+        if self.size != 1:
+            raise InputError(
+                f"A, B, A_stick and B_stick belong to one contact: got {self._described}. "
+                "Fix: use coefficients."
+            )
+        return self.coefficients[0]
 
     def _only(self, name: str) -> Self:
         """Return this problem, or raise InputError where it is not one contact in the plane."""

@@ -65,17 +65,6 @@ def slip_slope(W: Array, mu: float | Array, slip: Sequence[Any], side: int = 1) 
     return rounded_difference(W[0, 0], side * mu * coupling)
 
 
-def slip_direction(W: Array) -> float:
-    """Return the angle φ from t1 towards t2 of the slip for which A is smallest; rad.
-
-    Parameters
-    ----------
-    W : ndarray, shape (3, 3) or (2, 2)
-        Mobility with the rows n, t1, t2, or n, t; 1/kg.
-    """
-    return slip_angle(W[1:, 0].tolist())
-
-
 def slip_angle(direction: Sequence[float]) -> float:
     """Return the angle of a slip from t1 towards t2, in rad; 0 or π in the plane."""
     first, second = (*direction, 0.0)[:2]

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.equality import Compared
+from painleve_sym.files import plain_fields
 from painleve_sym.problem.answers import MotionWithForces
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
-from painleve_sym.problem.law import ROUNDING, ScaledLaw, Slips, accelerations
+from painleve_sym.problem.law import ROUNDING, ScaledLaw, accelerations
 from painleve_sym.problem.modes import ContactMode, slip_mode
-from painleve_sym.problem.risk import slip_angle
 
 
 class ContactCase(enum.StrEnum):
@@ -78,7 +78,7 @@ class ContactSolution(Compared):
         What each contact does, by its first ball of friction.
     slips : tuple of tuples of tuples of float
         For each contact, and each of its balls of friction, the unit vector along which it slips or
-        begins to; empty where it does not.
+        begins to; zeros where it does not.
     normal_forces : ndarray, shape (n,)
         F_n of each contact, in N; of a `Brake` its limit. Read-only.
     tangential_forces : ndarray, shape (number of tangential rows,)
@@ -107,7 +107,7 @@ class ContactSolution(Compared):
     """
 
     modes: tuple[ContactMode, ...]
-    slips: Slips
+    slips: tuple[tuple[tuple[float, ...], ...], ...]
     normal_forces: FloatArray
     tangential_forces: FloatArray
     normal_accelerations: FloatArray
@@ -119,13 +119,12 @@ class ContactSolution(Compared):
     brakes: tuple[int, ...] = ()
 
     @property
-    def directions(self) -> tuple[float | None, ...]:
-        """Angle of the slip of each contact, by its first ball, from t1 towards t2.
+    def directions(self) -> tuple[tuple[float, ...], ...]:
+        """The slip of each contact, by its first ball: a unit vector along the tangents, or zeros.
 
-        In rad from −π to π; 0 or π in the plane. None of a contact that sticks or lifts off.
+        Empty of a contact without tangents.
         """
-        firsts = [ways[0] if ways else () for ways in self.slips]
-        return tuple(slip_angle(way) if way else None for way in firsts)
+        return tuple(ways[0] if ways else () for ways in self.slips)
 
     @property
     def isolated(self) -> bool | None:
@@ -186,8 +185,8 @@ class ContactSolution(Compared):
         return mode
 
     @property
-    def direction(self) -> float | None:
-        """The angle of slip of the only contact, in rad."""
+    def direction(self) -> tuple[float, ...]:
+        """The slip of the only contact: a unit vector along its tangents, or zeros."""
         (direction,) = self.directions
         return direction
 
@@ -224,14 +223,23 @@ class ContactSolution(Compared):
         return float(self.tangential_accelerations.item())
 
 
-def forces_data(solution: ContactSolution) -> dict[str, Any]:
-    """Return how open the forces of a solution are, and its residual, as plain data."""
-    return {
-        "isolated": solution.isolated,
-        "open_forces": solution.open_forces,
-        "moves": solution.moves,
-        "residual": solution.residual,
-    }
+def solution_data(solution: ContactSolution, contacts: Sequence[str]) -> dict[str, Any]:
+    """Return a solution with contacts of these names, one ball of friction each, as plain data."""
+    data, start = dict[str, Any](), 0
+    for i, (name, count) in enumerate(zip(contacts, solution.tangents, strict=True)):
+        own = slice(start, start + count)
+        start += count
+        data[name] = {
+            "mode": solution.modes[i].value,
+            "direction": [v + 0.0 for v in solution.directions[i]],  # no -0.0
+            "normal_force": float(solution.normal_forces[i]),
+            "tangential_force": solution.tangential_forces[own].tolist(),
+            "normal_acceleration": float(solution.normal_accelerations[i]),
+            "tangential_acceleration": solution.tangential_accelerations[own].tolist(),
+        }
+    return {"contacts": data} | plain_fields(
+        solution, "isolated", "open_forces", "moves", "residual"
+    )
 
 
 def case_of(
@@ -260,6 +268,10 @@ _CASES = {
 }
 
 
+_NO_SLIP = (), (0.0,), (0.0, 0.0)
+"""The direction of a ball of 0, 1 or 2 rows that does not slip."""
+
+
 def _mode(lifted: bool, ways: tuple[tuple[float, ...], ...]) -> ContactMode:
     """Return what a constraint does by its first ball."""
     if lifted:
@@ -279,7 +291,7 @@ def solution_of(law: ScaledLaw, answer: MotionWithForces) -> ContactSolution:
     a, terms = accelerations(*law.given, forces)
     a = [0.0 if abs(a[k]) <= ROUNDING * size else a[k] for k, size in enumerate(terms)]
     modes, normal, parted = list[ContactMode](), list[float](), list[float]()
-    tangential, sliding = list[float](), list[float]()
+    tangential, sliding, slips = list[float](), list[float](), list[tuple[tuple[float, ...], ...]]()
     for constraint, ways in zip(law.constraints, checked.slips, strict=True):
         row = constraint.normal
         lifted = constraint.opens and not checked.forces[row]
@@ -287,17 +299,20 @@ def solution_of(law: ScaledLaw, answer: MotionWithForces) -> ContactSolution:
         normal.append(forces[row])
         # What the mode fixes at 0 is exactly 0.
         parted.append(a[row] if lifted else 0.0)
+        named = []
         for ball, way in zip(constraint.balls, ways, strict=True):
+            named.append(way or _NO_SLIP[len(ball.rows)])
             for t in ball.rows:
                 tangential.append(forces[t])
                 sliding.append(a[t] if lifted or way else 0.0)
+        slips.append(tuple(named))
     numbers = [np.array(values) for values in (normal, tangential, parted, sliding)]
     for array in numbers:
         array.setflags(write=False)
     F_n, F_t, a_n, a_t = numbers
     return ContactSolution(
         tuple(modes),
-        checked.slips,
+        tuple(slips),
         F_n,
         F_t,
         a_n,

@@ -17,7 +17,7 @@ from painleve_sym.errors import InputError, received
 from painleve_sym.problem.array_checks import finite_array, mobility_matrix_faults
 from painleve_sym.problem.complementarity.solution_sets import BoolArray, FloatArray
 from painleve_sym.problem.constraints import Ball, Constraint
-from painleve_sym.problem.friction_set import Brake, Disc, FrictionSet, Interval
+from painleve_sym.problem.friction_set import Brake, Disc, FrictionSet, Interval, unit_vector
 from painleve_sym.problem.law import ScaledLaw
 from painleve_sym.problem.modes import sign_of
 
@@ -45,7 +45,7 @@ def pressed(
     W.append([0.0] * len(b) + [mobility])
     b.append(-mobility * brake.mu)
     friction = 1.0 if brake.mu else 0.0
-    ball = Ball((row,), friction, brake.direction(slip))
+    ball = Ball((row,), friction, unit_vector(slip))
     return Constraint(len(b) - 1, (ball,), False, (1,))
 
 
@@ -279,7 +279,7 @@ class Statement(Compared):
             balls, start = [], 1
             for ball in own:
                 end = start + ball.n_tangents
-                way = ball.direction(slip[start - 1 : end - 1])
+                way = unit_vector(slip[start - 1 : end - 1])
                 balls.append(Ball(rows[start:end], ball.mu, way))
                 start = end
             both = bool(self.bilateral[i])

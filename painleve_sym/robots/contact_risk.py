@@ -9,7 +9,9 @@ from typing import Any
 from painleve_sym.arrays import Array
 from painleve_sym.equality import Compared
 from painleve_sym.files import finite, plain_fields
+from painleve_sym.problem.coefficients import Sector
 from painleve_sym.problem.impact.one_contact import Impact
+from painleve_sym.problem.risk import slip_angle
 
 _IMPACT = ("restitution", "velocity", "normal_impulse", "tangential_impulse", "energy_change")
 
@@ -27,12 +29,12 @@ class ContactRisk(Compared):
     mu_P : float
         A < 0 for some direction of slip exactly where the friction coefficient exceeds this.
         Infinite beyond 1e9, where |w| is the rounding of 0.
-    direction : float
-        Angle of the worst direction of slip from t1 towards t2; rad; nan where `mu_P` is infinite.
-    half_angle : float or None
-        Of the sector of directions with A < 0 about it, for `mu`; rad.
+    direction : tuple of float
+        Unit vector of the worst slip along t1 and t2; nan where `mu_P` is infinite.
     worst_direction : ndarray, shape (3,)
-        Unit vector of the worst slip, in the axes of the world; nan where `mu_P` is infinite.
+        The same in the axes of the world.
+    sector : Sector or None
+        The directions of slip with A < 0 for `mu`; None up to `mu_P`, and without `mu`.
     least_over_normals : float
         The least `mu_P` of all surface normals.
     gradient : dict of str to float
@@ -46,9 +48,9 @@ class ContactRisk(Compared):
     W: Array
     mu: float | None
     mu_P: float
-    direction: float
-    half_angle: float | None
+    direction: tuple[float, ...]
     worst_direction: Array
+    sector: Sector | None
     least_over_normals: float
     gradient: dict[str, float]
     impact: Impact | None
@@ -57,9 +59,9 @@ class ContactRisk(Compared):
         """Return the critical friction and the worst direction in one line."""
         if math.isinf(self.mu_P):
             return f"ContactRisk mu_P = inf, least over normals {self.least_over_normals:.6g}"
-        worst = f"worst slip at {math.degrees(self.direction):.4g} deg from t1"
-        if self.half_angle:
-            worst += f", A < 0 within {math.degrees(self.half_angle):.4g} deg of it"
+        worst = f"worst slip at {math.degrees(slip_angle(self.direction)):.4g} deg from t1"
+        if self.sector is not None:
+            worst += f", A < 0 within {math.degrees(self.sector.half_angle):.4g} deg of it"
         least = f"least over normals {self.least_over_normals:.6g}"
         return f"ContactRisk mu_P = {self.mu_P:.6g}, {least}, {worst}"
 
@@ -68,7 +70,8 @@ class ContactRisk(Compared):
         return {
             "W": (self.W + 0.0).tolist(),
             "mu_P": finite(self.mu_P),
-            "sector": {"direction": finite(self.direction), "half_angle": self.half_angle},
+            "direction": [finite(v + 0.0) for v in self.direction],
+            "sector": None if self.sector is None else self.sector.to_dict(),
             "worst_direction": [finite(v + 0.0) for v in self.worst_direction.tolist()],
             "least_over_normals": finite(self.least_over_normals),
             "gradient": {n: finite(g + 0.0) for n, g in self.gradient.items()},

@@ -34,15 +34,11 @@ from painleve_sym.errors import (
     unknown_name,
 )
 from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.problem.coefficients import Sector
+from painleve_sym.problem.friction_set import unit_vector
 from painleve_sym.problem.impact.one_contact import Impact, solve_impact
 from painleve_sym.problem.impact.within_plane import in_plane, is_regular, moving_tangent
-from painleve_sym.problem.risk import (
-    friction_threshold,
-    held,
-    least_over_normals,
-    sector_half_angle,
-    slip_direction,
-)
+from painleve_sym.problem.risk import friction_threshold, held, least_over_normals
 from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
 from painleve_sym.robots.contact_subject import ContactSubject
@@ -433,7 +429,7 @@ class RobotContact:
             )
         mu_P = float(_thresholds(W))
         bounded = math.isfinite(mu_P)
-        direction = slip_direction(W) if bounded else math.nan
+        direction = unit_vector(W[1:, 0].tolist()) if bounded else (math.nan, math.nan)
         ratio, *slopes = self._ratio.of_vector([self.values[n] for n in self._ratio.arguments])
         factor = -0.5 * ratio**-1.5 if bounded and ratio > 0 else math.nan
         _, t1, t2 = self.axes
@@ -443,8 +439,8 @@ class RobotContact:
             mu=mu,
             mu_P=mu_P,
             direction=direction,
-            half_angle=None if mu is None else sector_half_angle(mu_P, mu),
-            worst_direction=math.cos(direction) * t1 + math.sin(direction) * t2,
+            worst_direction=direction[0] * t1 + direction[1] * t2,
+            sector=Sector.of(W, mu) if mu is not None and mu > mu_P else None,
             least_over_normals=_bounded(least) if least > _LEAST else 0.0,
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
             impact=_worst_impact(W, mu, direction) if mu is not None and mu > mu_P else None,
@@ -564,7 +560,7 @@ def _bounded(threshold: float) -> float:
     return threshold if threshold < INFINITE else math.inf
 
 
-def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:
+def _worst_impact(W: Array, mu: float, direction: tuple[float, ...]) -> Impact | None:
     """Return the impact without collision of slip at 1 m/s; None where the contact cannot slip so.
 
     It can where W is regular, or where it is in the plane of the normal and its one tangent. None
@@ -576,7 +572,7 @@ def _worst_impact(W: Array, mu: float, direction: float) -> Impact | None:
         if tangent is None or not is_regular(in_plane(rows, tangent)):
             return None
     try:
-        return solve_impact(rows, mu, (0.0, math.cos(direction), math.sin(direction)))
+        return solve_impact(rows, mu, (0.0, *direction))
     except CompilerMissing as error:
         text = f"robot: the impact of slip in the worst direction is left out: {error}"
         warnings.warn(text, PainleveWarning, stacklevel=3)

@@ -85,7 +85,7 @@ def test_command_has_phases_with_the_direction_of_slip(capsys):
     assert first["slip_velocity"] == [0.0, 0.0] and len(first["tangential_impulse"]) == 2
     assert main(words.split()) == 0
     text = capsys.readouterr().out
-    assert "P_1 [N s]" in text and "slip [rad]" in text
+    assert "P_t1 [N s]" in text and "slip [rad]" in text
 
 
 @pytest.mark.parametrize(

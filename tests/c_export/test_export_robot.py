@@ -14,6 +14,7 @@ import pytest
 import painleve_sym as ps
 from painleve_sym.c_export.robot import export_risk
 from painleve_sym.errors import InputError
+from painleve_sym.problem.risk import slip_angle
 
 DOG = Path(__file__).parents[2] / "examples" / "robots" / "quadruped.urdf"
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror")
@@ -46,7 +47,7 @@ def test_code_has_the_numbers_of_the_package(tmp_path):
     risk = one.risk()
     np.testing.assert_allclose(np.reshape(W, (3, 3)), risk.W, rtol=0, atol=1e-13)
     assert mu_P == pytest.approx(risk.mu_P, rel=1e-12)
-    assert direction == pytest.approx(risk.direction, abs=1e-12)
+    assert direction == pytest.approx(slip_angle(risk.direction), abs=1e-12)
     # The sector of directions, at frictions below and above.
     (tmp_path / "c" / "main.c").write_text(
         '#include <stdio.h>\n#include "quadruped_lf_foot.h"\nint main(void) {\n'

@@ -22,6 +22,7 @@ KEYS = [
     "mu",
     "W",
     "mu_P",
+    "direction",
     "sector",
     "worst_direction",
     "least_over_normals",
@@ -37,7 +38,8 @@ def test_json_has_the_numbers_of_the_contact(capsys):
     W = np.array(data["W"])
     w = W[1:, 0]
     assert data["mu_P"] == pytest.approx(W[0, 0] / np.linalg.norm(w))
-    assert data["sector"]["direction"] == pytest.approx(math.atan2(w[1], w[0]))
+    assert data["direction"] == pytest.approx((w / np.linalg.norm(w)).tolist())
+    assert data["sector"]["direction"] == data["direction"]
     assert data["sector"]["half_angle"] == pytest.approx(math.acos(data["mu_P"] / 2))
     np.testing.assert_allclose(data["worst_direction"], [*(w / np.linalg.norm(w)), 0])
     low, _, high = np.linalg.eigvalsh(W)
@@ -101,8 +103,8 @@ def test_rounding_is_no_number(capsys, tmp_path):
     path.write_text(text)
     call = ("robot", str(path), "--contact", "foot", "--mu", "3", "--poses", "4")
     data = run_json(capsys, *call)
-    assert data["mu_P"] is None and data["worst_direction"] == [None] * 3
-    assert data["sector"] == {"direction": None, "half_angle": 0.0}
+    assert data["mu_P"] is data["sector"] is None
+    assert data["worst_direction"] == [None] * 3 and data["direction"] == [None] * 2
     assert set(data["gradient"].values()) == {None} and data["least_over_normals"] == 0
     # A planar arm has a W of rank two, whose least eigenvalue is rounding.
     bent = ("--joints", "theta_1=-0.6,theta_2=-1.1", "--normal", "0.3,0.6,0.8", "--poses", "2")
@@ -154,7 +156,7 @@ def test_log_reaches_text_json_and_page(capsys, tmp_path):
 
 def test_without_friction_there_is_no_share(capsys):
     data = run_json(capsys, *FOOT)
-    assert data["share_at_risk"] is None and data["sector"]["half_angle"] is None
+    assert data["share_at_risk"] is None and data["sector"] is None
     assert data["impact"] is None
     assert run_json(capsys, *FOOT, "--mu", "0.5")["impact"] is None
 

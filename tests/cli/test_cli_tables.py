@@ -55,10 +55,10 @@ def test_solutions_of_a_contact_problem(capsys):
     _, out, _ = run(capsys, *command)
     _, solutions = only_contact(run_json(capsys, *command))
     rows = rows_under(out, "solution")[: len(solutions)]
-    keys = ("normal_force", "tangential_force", "normal_acceleration", "tangential_acceleration")
     for (mode, *cells), solution in zip(rows, solutions, strict=True):
         assert mode == solution["name"]
-        expected = [solution[key] for key in keys]
+        expected = [solution["normal_force"], *solution["tangential_force"]]
+        expected += [solution["normal_acceleration"], *solution["tangential_acceleration"]]
         assert numbers_of(cells) == pytest.approx(expected, rel=1e-5, abs=1e-12)
 
 

@@ -79,7 +79,7 @@ def derived(name, data):
     if name == "critical":
         return [sum(data["expansion"].values())]
     if name == "robot":
-        return quantiles_of_poses()
+        return [*quantiles_of_poses(), math.atan2(*reversed(data["direction"]))]
     if name.startswith("jump"):  # which leaves out the defaults of its mechanism
         angles = [math.atan2(*reversed((*p["direction"], 0.0)[:2])) for p in data["phases"]]
         return [*ps.model(COMMANDS[name][1]).parameters.values(), *angles]
@@ -216,7 +216,7 @@ def test_the_sector_of_a_robot_is_printed_in_degrees(capsys):
     half = math.acos(data["mu_P"] / 5)
     assert data["sector"]["half_angle"] == pytest.approx(half)
     assert near(re.search(r"paradox within ([\d.]+) deg", out)[1], math.degrees(half))
-    direction = math.degrees(data["sector"]["direction"])
+    direction = math.degrees(math.atan2(*reversed(data["sector"]["direction"])))
     assert near(re.search(r"direction of slip: (\S+) deg", out)[1], direction)
 
 

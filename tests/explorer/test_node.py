@@ -126,7 +126,7 @@ def case_data(name, index, start, given, force, end):
         alone,
         over,
         points=15,
-        slip=at.coefficients[0].slip,
+        slip=int(at.coefficients[0].direction[0]),
         state={n: v for n, v in state.items() if n not in over},
         parameters={n: v for n, v in own.items() if n not in over},
     )
@@ -153,7 +153,7 @@ def case_data(name, index, start, given, force, end):
                 "over": over,
                 "ranges": [[float(v[0]), float(v[-1])] for v in grid.values],
                 "points": 15,
-                "slip": at.coefficients[0].slip,
+                "slip": int(at.coefficients[0].direction[0]),
                 "cases": [[words[int(c)] for c in row] for row in grid.case],
             }
         ],

@@ -321,7 +321,8 @@ def test_each_fill_of_a_map_has_the_name_of_its_case():
 
 def risk_of(values, mu, half_angle=0.3):
     risk = SimpleNamespace(
-        mu=mu, mu_P=0.9, W=np.diag([1.0, 2.0, 3.0]), half_angle=half_angle, direction=0.5,
+        mu=mu, mu_P=0.9, W=np.diag([1.0, 2.0, 3.0]), direction=(math.cos(0.5), math.sin(0.5)),
+        sector=None if half_angle is None else ps.Sector((1.0, 0.0), half_angle),
         worst_direction=np.array([1.0, 0.0, 0.0]), least_over_normals=0.1, gradient={"knee": 0.25},
         impact=None,
     )  # fmt: skip

@@ -110,7 +110,7 @@ def slips_missed(seed, count):
         b = rng.normal(size=3)
         b[0] *= 10.0 ** -rng.uniform(3, 12) * (1 if rng.random() < 0.3 else -np.sign(b[0]))
         answer = ps.contact(root @ root.T, b, 10 ** rng.uniform(-1, 1))
-        missed += len(answer.solutions) % 2 == 0
+        missed += len(answer.solutions()) % 2 == 0
     return missed
 
 
@@ -134,7 +134,7 @@ def test_one_motion_with_open_forces_is_hyperstatic_for_one_contact_too():
     # Of F_n + F_t = 1 the shortest.
     assert solution.forces == pytest.approx([0.5, 0.5])
     arm = ps.contact([[2, 1, 0], [1, 2, 0], [0, 0, 0]], [-3, 0, 0], 2.0)
-    assert arm.case == "hyperstatic" and arm.solutions[0].force == pytest.approx([2, -1, 0])
+    assert arm.case == "hyperstatic" and arm.solutions()[0].force == pytest.approx([2, -1, 0])
 
 
 @pytest.mark.parametrize("excess", [0.0, 1e-15, 1e-12, 1e-10, 1e-6])
@@ -145,7 +145,7 @@ def test_forces_at_infinity_are_no_solution(excess):
     plane = ps.ContactProblem([[4, -2], [-2, 1]], [-1, -1], mu, 0)
     assert space.case == plane.case == "inconsistent"
     near = excess < 1e-14
-    assert ("infinity" in space.problem.borders) == ("infinity" in plane.borders) == near
+    assert ("infinity" in space.borders) == ("infinity" in plane.borders) == near
 
 
 def test_forces_that_are_rounding_are_no_solution():
@@ -159,13 +159,13 @@ def test_forces_near_infinity_are_a_solution():
         space = ps.contact([[4, -2, 0], [-2, 1, 0], [0, 0, 1]], [-1, -1, 0], mu)
         (plane,) = ps.ContactProblem([[4, -2], [-2, 1]], [-1, -1], mu, 0).solutions()
         assert space.case == "slip"
-        assert space.solutions[0].force[:2] == pytest.approx(plane.forces, rel=1e-9)
+        assert space.solutions()[0].force[:2] == pytest.approx(plane.forces, rel=1e-9)
         assert plane.normal_force == pytest.approx(1 / (4 - 2 * mu), rel=1e-5)
 
 
 def test_a_slip_under_a_small_load_has_its_force():
     answer = ps.contact([[2, 0, 1], [0, 2, -2], [1, -2, 7]], [-1e-6, -1, -3], 1.0)
-    (solution,) = answer.solutions
+    (solution,) = answer.solutions()
     expected = [3.39134433e-07, 1.07243842e-07, 3.21731113e-07]
     assert answer.case == "slip" and solution.force == pytest.approx(expected, rel=1e-8)
 
@@ -173,20 +173,21 @@ def test_a_slip_under_a_small_load_has_its_force():
 def test_a_slip_at_the_border_of_a_sector_takes_its_force_from_the_tangents():
     """Without b_n it begins where A = 0; its direction is that of the border."""
     W, b, mu = np.array([[2, 1.5, 0.2], [1.5, 2, 0.1], [0.2, 0.1, 2]]), np.array([0, 0.4, -1.2]), 3
-    modes = {s.mode.value: s for s in ps.contact(W, b, mu).solutions}
+    modes = {s.mode.value: s for s in ps.contact(W, b, mu).solutions()}
     assert set(modes) == {"liftoff", "slip", "stick"}
     force, e = modes["slip"].force, modes["slip"].direction
-    assert 2 - mu * (1.5 * np.cos(e) + 0.2 * np.sin(e)) == pytest.approx(0, abs=1e-12)
+    assert 2 - mu * (1.5 * e[0] + 0.2 * e[1]) == pytest.approx(0, abs=1e-12)
     motion = W @ force + b
-    assert motion == pytest.approx([0, *(np.hypot(*motion[1:]) * np.array([np.cos(e), np.sin(e)]))])
+    assert motion == pytest.approx([0, *(np.hypot(*motion[1:]) * np.array(e))])
     assert np.hypot(*force[1:]) == pytest.approx(mu * force[0])
 
 
 def test_a_continuum_of_slips_is_not_isolated():
     answer = ps.contact([[2, 1.5, 0], [1.5, 2, 0], [0, 0, 2]], [0, 1, 0], 4 / 3)
     assert answer.case == "indeterminate"
-    assert [s.moves for s in answer.solutions] == [True] * len(answer.solutions)
-    (slip,) = (s for s in answer.solutions if s.mode == "slip")
+    solutions = answer.solutions()
+    assert [s.moves for s in solutions] == [True] * len(solutions)
+    (slip,) = (s for s in solutions if s.mode == "slip")
     F, a = slip.force, slip.acceleration
     assert F[1] == pytest.approx(-4 / 3 * F[0]) and a[0] == 0 and a[1] > 0
 

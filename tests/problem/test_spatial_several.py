@@ -58,7 +58,7 @@ def test_contacts_that_do_not_feel_each_other_have_the_solutions_of_each():
         alone = [random_problem(rng) for _ in range(2)]
         # Of comparable sizes: which contacts are one body's is what the scales say.
         alone = [(W / W[0, 0], b / np.abs(b).max(), min(mu, 5.0)) for W, b, mu in alone]
-        single = [ps.contact(W, b, mu).solutions for W, b, mu in alone]
+        single = [ps.contact(W, b, mu).solutions() for W, b, mu in alone]
         whole = ps.ContactProblem(
             block_diag(*(W for W, _, _ in alone)),
             np.concatenate([b for _, b, _ in alone]),
@@ -128,7 +128,7 @@ def test_one_disc_at_rest_among_others_has_all_its_solutions():
         (W, b, mu), (V, a, nu) = (random_problem(rng) for _ in range(2))
         W, b, V, a = W / W[0, 0], b / np.abs(b).max(), V / V[0, 0], a / np.abs(a).max()
         v = rng.normal(size=2)
-        singles = ps.contact(W, b, mu).solutions, ps.contact(V, a, nu, v).solutions
+        singles = ps.contact(W, b, mu).solutions(), ps.contact(V, a, nu, v).solutions()
         whole = ps.ContactProblem(
             block_diag(W, V), [*b, *a], [ps.Disc(mu), ps.Disc(nu)], [(0.0, 0.0), v]
         )

@@ -44,7 +44,7 @@ def numbers(path: Path, names: dict[str, str], frame: str, floating: bool) -> li
     kept += [np.sort(tip.thresholds(drawn))]
     if np.linalg.eigvalsh(risk.W)[0] > 1e-3 * risk.W[0, 0]:
         slip = {"contact_velocity": (0.0, 0.3, 0.1)}
-        answer = tip.classify(mu, velocities, torques, **slip).answer
+        answer = tip.classify(mu, velocities, torques, **slip)
         kept += [list(answer.case.value.encode()), *(s.force for s in answer.solutions)]
         jump = tip.jump("poisson", mu, 0.5, velocities, contact_velocity=(-0.2, 0.3, 0.1))
         kept += [jump.velocity[f"{own[names[n]]}_dot"] for n in values]

@@ -53,13 +53,12 @@ def test_anymal_has_the_mobility_of_an_independent_computation(study, folder):
     np.testing.assert_allclose(contact.mobility(), expected, atol=6e-9)
     risk = contact.risk(0.8)
     assert risk.mu_P == pytest.approx(0.6785, abs=5e-5)
-    assert np.degrees(risk.half_angle) == pytest.approx(32, abs=0.5)
+    assert np.degrees(risk.sector.half_angle) == pytest.approx(32, abs=0.5)
 
 
 def test_foot_of_anymal_has_an_impact_without_collision(study, folder):
     contact = study.contact_of(case_of(study, "ANYmal C"), folder)
-    along = contact.risk(0.8).direction
-    velocity = (0.0, np.cos(along), np.sin(along))
+    velocity = (0.0, *contact.risk(0.8).direction)
     jump = contact.jump("energetic", 0.8, 0.75, contact_velocity=velocity)
     assert [p.name for p in jump.phases] == [
         *("tangential", "sticking compression", "sticking restitution")
@@ -195,8 +194,7 @@ def test_dragged_foot_of_the_page_stops_is_pressed_in_and_leaves(
     study, folder, lowest, impulses, lost
 ):
     foot = study.contact_of(study.CASES[0], folder, lowest)
-    direction = foot.risk().direction
-    slip = (0.0, math.cos(direction), math.sin(direction))
+    slip = (0.0, *foot.risk().direction)
     jump = foot.jump("energetic", 0.8, 0.75, contact_velocity=slip)
     assert [p.name for p in jump.phases][1:] == ["sticking compression", "sticking restitution"]
     sums = np.cumsum([phase.normal_impulse for phase in jump.phases])

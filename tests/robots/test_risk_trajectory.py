@@ -209,7 +209,7 @@ def test_units_and_comments_are_read(tmp_path, finger):
 def test_solutions_at_a_state_are_those_of_W_and_b():
     dog = ps.robot(ROBOTS / "quadruped.urdf")
     foot = dog.contact("LF_foot", pose="standing")
-    sliding = foot.classify(2.5, {"base_x": 0.3}, {"LF_KFE": 4.0}).answer
+    sliding = foot.classify(2.5, {"base_x": 0.3}, {"LF_KFE": 4.0})
     numbers = foot.numbers_at({**foot.values, "base_x_dot": np.array([0.3]), "torque_LF_KFE": 4.0})
     again = ps.contact(foot.mobility(), numbers.b[:3, 0], 2.5, [0.3, 0.0])
     assert sliding.case is again.case and sliding.A < 0

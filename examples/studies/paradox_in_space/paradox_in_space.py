@@ -72,7 +72,7 @@ def at_rest(count: int) -> dict[str, int]:
     for _ in range(count):
         root = rng.normal(size=(3, 3)) * 10 ** rng.uniform(-1, 1, size=(3, 1))
         b, mu = rng.normal(size=3) * 10 ** rng.uniform(-1, 1, size=3), 10 ** rng.uniform(-2, 1.5)
-        numbers[len(ps.contact(root @ root.T, b, mu).solutions)] += 1
+        numbers[len(ps.contact(root @ root.T, b, mu).solutions())] += 1
     return {str(n): numbers[n] for n in sorted(numbers)}
 
 

@@ -319,8 +319,17 @@ class SlidingAnalysis:
         own = self._mechanical.of_point(point)
         at = Delassus.of(mechanism).at(numbers)
         gap, gap_rate = float(at.gap[0]), float(at.gap_rate[0])
-        self._check(problem.A, problem.B)
-        A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
+        B, slip = problem.B, problem.slip_direction
+        if not slip:
+            raise InputError(
+                f"{self._where}: got slip velocity 0, need slip. Fix: give a state that slides."
+            )
+        A = problem.A_slip(slip)
+        if not A < 0 < B:
+            raise InputError(
+                f"{self._where}: got A = {A:g} 1/kg and B = {B:g} m/s^2, need A < 0 and B > 0 "
+                "(indeterminate). Fix: choose a state there; `painleve map` shows where."
+            )
         force = -B / A
         depth = simulator.compression_of_force(force, values)
         local = self._linearised.of_point([A, B, depth, *constants.values()])
@@ -354,15 +363,4 @@ class SlidingAnalysis:
                 f"{self._where}: got numbers beyond the range of floating point (exponent "
                 f"{exponent:g} of the law, need at most {MAX_EXPONENT:g}). Fix: give a law and a "
                 "state of usual size."
-            )
-
-    def _check(self, A: float | None, B: float) -> None:
-        if A is None:
-            raise InputError(
-                f"{self._where}: got slip velocity 0, need slip. Fix: give a state that slides."
-            )
-        if not A < 0 < B:
-            raise InputError(
-                f"{self._where}: got A = {A:g} 1/kg and B = {B:g} m/s^2, need A < 0 and B > 0 "
-                "(indeterminate). Fix: choose a state there; `painleve map` shows where."
             )
