@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -244,3 +245,84 @@ def test_restitution_law_is_that_of_runs(with_restitution_law):
     down = (2 * 0.1 / 9.8) ** 0.5
     rises = 0.8 * 9.8 * down - 9.8 * (0.2 - down)
     assert [float(v) for v in done.stdout.split()] == pytest.approx([rises] * 2), done.stderr
+
+
+KIND = Path(__file__).with_name("support") / "film.py"
+FILM = """
+from dataclasses import fields
+import painleve_sym as ps
+from painleve_sym.laws.contact_kind import ContactKind
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.models.points import point
+
+class Film(ContactLaw):
+    kind = ContactKind.FILM
+
+spring = ps.laws.linear()
+own = {f.name: getattr(spring, f.name) for f in fields(spring)}
+own["parameters"] += (Parameter("film", 2.0, "N s/m", "viscous friction"),)
+start = {"y": -9.8 / spring.parameters[0].default, "x_dot": 3.0}
+run = ps.Simulator(point(), Film(**own)).run(start, t_end=0.5)
+for name in ("x_dot", "friction_dissipation"):
+    print(run.final_state[run.state_names.index(name)])
+"""
+
+
+@pytest.mark.slow
+def test_contact_kind_is_a_file_a_name_an_entry_and_a_law(copy):
+    """A mass of 1 kg on a film slows down by F_t = −c v_t, and what it loses is dissipated."""
+    copy.write("automata/film.py", KIND.read_text("utf-8"))
+    spring, kinds = 'SPRING = "spring"', "automata/plural_contacts.py"
+    copy.replace("laws/contact_kind.py", spring, f'FILM = "film"\n    {spring}')
+    entry = "    ContactKind.SPRING: SpringInterface,\n"
+    copy.replace(kinds, entry, f"{entry}    ContactKind.FILM: FilmInterface,\n")
+    source = "from painleve_sym.automata.guide import"
+    copy.replace(kinds, source, f"from painleve_sym.automata.film import FilmInterface\n{source}")
+    copy.write("mechanics/models/points.py", MECHANISM)
+    done = copy.python("-c", FILM)
+    v = 3.0 * math.exp(-2.0 * 0.5)
+    energy = (3.0**2 - v**2) / 2
+    assert [float(n) for n in done.stdout.split()] == pytest.approx([v, energy]), done.stderr
+
+
+BALL = '''
+
+
+@dataclass(frozen=True)
+class Drilling(Interval):
+    """Friction about the normal of a disc of contact with one pressure, 2 μ r F_n/3."""
+
+    mu: float = field(init=False)
+    coefficient: float
+    radius: float
+
+    def __post_init__(self) -> None:
+        """Give the radius of the ball."""
+        object.__setattr__(self, "mu", 2 * self.coefficient * self.radius / 3)
+        super().__post_init__()
+'''
+SPINS = """
+from painleve_sym.problem import ContactProblem, Disc, Drilling
+m, J, g, mu, r = 2.0, 0.25, 9.8, 0.5, 0.2
+W = [[1 / m, 0, 0, 0], [0, 1 / m, 0, 0], [0, 0, 1 / m, 0], [0, 0, 0, 1 / J]]
+for spin, load in ((5.0, 0.0), (0.0, 0.9), (0.0, 2.0)):
+    balls = Disc(mu), Drilling(mu, r)
+    problem = ContactProblem(W, [-g, 0, 0, load / J], [balls], [0, 0, spin])
+    [solution] = problem.solutions()
+    print(solution.accelerations[3])
+"""
+
+
+def test_ball_of_friction_is_its_class_and_a_name(copy):
+    """A body that spins on a disc slows down by 2 μ r m g/3, which holds smaller torques."""
+    copy.append("problem/friction_set.py", BALL)
+    old = "from dataclasses import dataclass"
+    copy.replace("problem/friction_set.py", old, f"{old}, field")
+    door = "from painleve_sym.problem.friction_set import Brake, Disc"
+    copy.replace("problem/__init__.py", door, f"{door}, Drilling")
+    copy.replace("problem/__init__.py", '"Disc",', '"Disc",\n    "Drilling",')
+    done = copy.python("-c", SPINS)
+    torque = 2 * 0.5 * 0.2 * 2.0 * 9.8 / 3
+    expected = [-torque / 0.25, 0.0, (2.0 - torque) / 0.25]
+    assert [float(n) for n in done.stdout.split()] == pytest.approx(expected), done.stderr
