@@ -15,6 +15,7 @@ from pygments.lexer import RegexLexer  # noqa: E402
 from pygments.token import Generic  # noqa: E402
 
 import painleve_sym  # noqa: E402
+from painleve_sym.doors import public_names  # noqa: E402
 from tools import references  # noqa: E402
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -86,7 +87,7 @@ numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 # reference/api/Trajectory.html is easier to find than reference/api/painleve_sym.Trajectory.html.
 autosummary_filename_map = {
-    f"painleve_sym.{name}": name for name in (*painleve_sym._HOMES, *painleve_sym._MODULES)
+    f"{door}.{name}": name for name, door in public_names().items()
 }
 autosummary_context = {"bases": reference_pages.python_bases()}
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import painleve_sym as ps
+from painleve_sym.problem import Uniqueness
 
 ROOT = Path(__file__).parents[1]
 NO_TEXT: dict[str, str] = {}
@@ -55,7 +56,7 @@ def test_reasons_and_statuses_keep_their_advice():
 
     for kind in (ps.StopReason, LemkeStatus, MPCCStatus):
         assert all(" " in member.advice and member.label == member for member in kind)
-    assert all(" " in m.meaning and "(" in m.reference for m in ps.Uniqueness)
+    assert all(" " in m.meaning and "(" in m.reference for m in Uniqueness)
 
 
 def test_table_of_the_page_has_texts_of_members():

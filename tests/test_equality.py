@@ -15,6 +15,8 @@ import pytest
 import painleve_sym as ps
 from painleve_sym.equality import Compared, same
 from painleve_sym.mechanics.deferred import Deferred
+from painleve_sym.problem import LCP
+from painleve_sym.study import FitData
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 GAP = {"theta": 0.8, "y_A": 1e-4, "y_A_dot": -0.1, "x_A_dot": -1.0}
@@ -53,10 +55,10 @@ MADE = {
     "ContactProblem": several,
     "ContactSolution": lambda mu=0.5: several(mu).solutions()[0],
     "CorrectedJump": corrected,
-    "FitData": lambda mu=1.5: ps.FitData("here", None, {"theta": np.array([mu, math.nan])}, {}),
+    "FitData": lambda mu=1.5: FitData("here", None, {"theta": np.array([mu, math.nan])}, {}),
     "Impact": lambda mu=0.5: ps.solve_impact([[2, 0.5], [0.5, 3]], mu, (-1, 1), "poisson", 0.5),
     "JumpResult": lambda mu=0.2: ps.evaluate_jump(rod(mu), "poisson", {**GAP, "y_A": 0.0}),
-    "LCP": lambda mu=0.5: ps.LCP([[2.0, mu], [0.0, 1.0]], [-1.0, 1.0]),
+    "LCP": lambda mu=0.5: LCP([[2.0, mu], [0.0, 1.0]], [-1.0, 1.0]),
     "RegionMap": lambda mu=1.5: ps.region_map(
         "rod", "theta,theta_dot", points=5, parameters={"mu": mu}
     ),
@@ -117,7 +119,7 @@ def test_a_run_read_from_its_file_is_the_run(tmp_path):
 
 
 def test_each_field_of_a_result_decides():
-    data = ps.FitData("here", np.array([0.0, math.nan]), {"theta": np.ones(2)}, {"t": np.ones(2)})
+    data = FitData("here", np.array([0.0, math.nan]), {"theta": np.ones(2)}, {"t": np.ones(2)})
     other = {
         "where": "there",
         "times": np.array([0.0, 1.0]),

@@ -41,7 +41,7 @@ from painleve_sym.escape import (
 )
 from painleve_sym.explorer.page import Page as ExplorerPage
 from painleve_sym.laws import rigid
-from painleve_sym.laws.closed_forms import closed_forms
+from painleve_sym.laws.formulas import closed_forms
 from painleve_sym.laws.python_module import python_module
 from painleve_sym.mechanics.declarations import with_fields
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import doctest
 import enum
 import importlib
@@ -16,9 +15,14 @@ from pathlib import Path
 import pytest
 
 import painleve_sym
+from painleve_sym.doors import doors, listed, public_names
 
 ROOT = Path(__file__).parents[1]
-PUBLIC = [n for n in painleve_sym.__all__ if not n.startswith("__") and n != "TIME"]
+PUBLIC = {
+    name: getattr(importlib.import_module(place), name)
+    for name, place in public_names().items()
+    if not name.startswith("__") and name != "TIME"
+}
 # Parts of results that the example of the whole shows, and what no reader makes by hand.
 PARTS = {
     *("Border", "Chatter", "CorrectedJumpRule", "CorrectedPhase", "CriticalForceFinder"),
@@ -27,53 +31,46 @@ PARTS = {
     *("LawsByContact", "NaturalPeriod", "Page", "Reproduction", "ReverseChatter"),
     *("Section", "Segment", "SingularLimit", "SlidingSolution", "Sweep"),
     *("ContactRisk", "LeastRisk", "RobotContact"),
+    *("Animation", "FrictionSet", "Look", "PositiveFunction", "Proof", "SimultaneousImpact"),
+    # Figures of results that take long: `tests/present` draws each.
+    *("contrast_figure", "fit_figure", "outcome_figure", "risk_figure", "risk_trajectory_figure"),
+    *("sensitivity_figure", "trajectory_figure", "write_figure", "write_report"),
 }
+DOOR_PAGES = "\n".join(p.read_text("utf-8") for p in sorted((ROOT / "docs" / "doors").glob("*.md")))
 
 
 def needs_example(name: str) -> bool:
-    public = getattr(painleve_sym, name)
+    public = PUBLIC[name]
     if inspect.isclass(public) and name not in PARTS:
         return not issubclass(public, enum.Enum | Exception)
-    return inspect.isfunction(public) or name == "model"
+    return name not in PARTS and (inspect.isfunction(public) or name == "model")
 
 
 NEEDS_EXAMPLE = [n for n in PUBLIC if needs_example(n)]
 
 
-def test_names_for_type_checkers_are_those_loaded_when_used():
-    tree = ast.parse((ROOT / "painleve_sym" / "__init__.py").read_text("utf-8"))
-    homes = {}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module != "__future__":
-            for alias in node.names:
-                homes[alias.asname] = node.module.removeprefix("painleve_sym").lstrip(".")
-    modules = {name: home for name, home in homes.items() if home == ""}
-    assert set(modules) == set(painleve_sym._MODULES)
-    rest = {name: home for name, home in homes.items() if home and name not in ("TYPE_CHECKING",)}
-    assert {n: h for n, h in rest.items() if n in painleve_sym._HOMES} == painleve_sym._HOMES
-
-
 @pytest.mark.parametrize("name", PUBLIC)
 def test_public_name_is_where_it_is_said_to_be_and_says_what_it_is(name):
-    public = getattr(painleve_sym, name)
+    public = PUBLIC[name]
     assert public.__doc__ and public.__doc__.strip()
 
 
 @pytest.mark.parametrize("name", NEEDS_EXAMPLE)
 def test_public_function_has_an_example(name):
-    assert ">>>" in getattr(painleve_sym, name).__doc__
+    on_its_page = re.search(rf"^>>> .*\b{name}\(", DOOR_PAGES, re.M)
+    assert on_its_page or ">>>" in PUBLIC[name].__doc__
 
 
 @pytest.mark.parametrize(
     "module",
     sorted(
-        {home for name, home in painleve_sym._HOMES.items()}
-        | {"models", "laws", "choices", "contact_rows"}
+        {home for place in ("painleve_sym", *doors()) for home in listed(place).values()}
+        | {f"painleve_sym.{m}" for m in ("models", "laws", "choices", "contact_rows")}
     ),
 )
 def test_examples_of_public_modules_run(module, monkeypatch):
     monkeypatch.chdir(ROOT)
-    target = importlib.import_module(f"painleve_sym.{module}")
+    target = importlib.import_module(module)
     failures, _ = doctest.testmod(target, optionflags=doctest.NORMALIZE_WHITESPACE)
     assert failures == 0
 
@@ -83,7 +80,7 @@ CLASSES = {
     for path in (ROOT / "painleve_sym").rglob("*.py")
     for name in re.findall(r"^class ([A-Z]\w+)", path.read_text("utf-8"), re.M)
 }
-RESULTS = {n for n in PUBLIC if hasattr(getattr(painleve_sym, n), "to_dict")} | {
+RESULTS = {n for n, public in PUBLIC.items() if hasattr(public, "to_dict")} | {
     *("BatchResult", "Comparison", "ContactSolution", "CorrectedJump", "JumpResult", "Mechanism"),
 }
 # Parts of these results are read as JSON or printed; their classes have names of no public use.
@@ -99,7 +96,7 @@ PARTS_WITHOUT_A_NAME = {
 
 @pytest.mark.parametrize("name", sorted(RESULTS))
 def test_what_a_result_holds_or_returns_has_a_public_type(name):
-    result = getattr(painleve_sym, name)
+    result = PUBLIC[name]
     members = [m for key, m in vars(result).items() if not key.startswith("_")]
     functions = [getattr(m, "fget", None) or getattr(m, "func", m) for m in members]
     texts = [t for key, t in result.__annotations__.items() if not key.startswith("_")]
@@ -109,8 +106,7 @@ def test_what_a_result_holds_or_returns_has_a_public_type(name):
 
 
 def test_no_public_function_takes_options_without_a_name_and_type():
-    for name in PUBLIC:
-        public = getattr(painleve_sym, name)
+    for name, public in PUBLIC.items():
         if inspect.isclass(public) and issubclass(public, enum.Enum | Exception):
             continue
         functions = [public] if inspect.isfunction(public) else []
@@ -134,7 +130,8 @@ def test_every_named_mechanism_and_law_is_a_function_of_its_own():
     named = {m.name for m in vars(models).values() if isinstance(m, models.NamedModel)}
     assert named == set(NAMED)
     assert {name.replace("-", "_") for name in LAWS} == {
-        *laws.__all__,
+        *(set(laws.__all__) - set(listed("painleve_sym.laws"))),
+        "rigid",
         "bilinear_hertz_two_bodies",
     }
 

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import painleve_sym as ps
+from painleve_sym.study import read_fit_data
 from painleve_sym.units import factor, in_unit, is_quantity
 from tests.cli.cli_helpers import run, run_json
 
@@ -151,7 +152,7 @@ def test_commands_take_units(capsys):
 def test_columns_in_other_units_are_converted(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("t [ms], x_A_dot [mm/s], theta [deg], normal_force [kN]\n1, 5, 180, 2\n")
-    data = ps.read_fit_data(path, ps.model("rod"))
+    data = read_fit_data(path, ps.model("rod"))
     assert data.times is not None
     np.testing.assert_allclose(data.times, [0.001], rtol=1e-15)
     values = {name: float(v[0]) for name, v in data.measured.items()}
@@ -159,7 +160,7 @@ def test_columns_in_other_units_are_converted(tmp_path):
     assert values == pytest.approx(expected, rel=1e-15)
     path.write_text("t [s], x_A_dot [kg]\n1, 5\n")
     with pytest.raises(ps.InputError, match=r"column x_A_dot: got the unit \[kg\], need \[m/s\]"):
-        ps.read_fit_data(path, ps.model("rod"))
+        read_fit_data(path, ps.model("rod"))
 
 
 def test_without_pint_the_install_line_is_given(capsys, monkeypatch):

@@ -12,6 +12,7 @@ import painleve_sym as ps
 from painleve_sym.checks import by_name, names_of, text_of, whole_number
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.files import file_path
+from painleve_sym.study import RegionMap, read_fit_data
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 T_END = 1e-5
@@ -97,7 +98,7 @@ CALLS = {
     "material": (ps.material, {"name": "steel"}),
     "closed_forms": (ps.closed_forms, {"mechanism": rod}),
     "citation": (lambda of: ps.citation(of), {"of": rod}),
-    "read_fit_data": (lambda path: ps.read_fit_data(path, rod()), {"path": "no.csv"}),
+    "read_fit_data": (lambda path: read_fit_data(path, rod()), {"path": "no.csv"}),
     "with_parameters": (lambda mu: rod().with_parameters(mu=mu), {"mu": 0.5}),
     "only": (lambda name: rod().only(name), {"name": "A"}),
     "run()": (lambda t: run()(t), {"t": 0.0}),
@@ -117,7 +118,7 @@ CALLS = {
     "batch[]": (lambda name: batch()[name], {"name": "theta"}),
     "batch frame": (lambda names: batch().to_dataframe(names), {"names": "theta"}),
     "batch xarray": (lambda names: batch().to_xarray(names), {"names": "theta"}),
-    "map load": (ps.RegionMap.load, {"path": "no.npz"}),
+    "map load": (RegionMap.load, {"path": "no.npz"}),
 }
 
 

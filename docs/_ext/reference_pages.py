@@ -15,16 +15,17 @@ import tempfile
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial, reduce
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import painleve_sym
 from painleve_sym import choices
 from painleve_sym.cli import main
 from painleve_sym.cli.commands import COMMANDS
 from painleve_sym.cli.describe import laws_data, model_data
 from painleve_sym.cli.grammar import Parser, parsers
 from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.doors import public_names
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.mechanics.models import MODELS, SPATIAL_MODELS
 from painleve_sym.problem.solution import ContactCase
@@ -422,7 +423,7 @@ def _schema_type(schema: Any, part: Any) -> str:
 
 def python_bases() -> str:
     """Return the bases of public classes whose members are not shown: those of Python."""
-    public = [getattr(painleve_sym, name) for name in painleve_sym._HOMES]
+    public = [getattr(import_module(door), name) for name, door in public_names().items()]
     bases = {base for kind in public if inspect.isclass(kind) for base in kind.__mro__}
     return ", ".join(sorted(b.__name__ for b in bases if not b.__module__.startswith("painleve")))
 
@@ -437,11 +438,12 @@ def resolve(app: Any, env: Any, node: Any, content: Any) -> Any:
         return None
     target = node["reftarget"].removeprefix("painleve_sym.")
     last = target.rpartition(".")[2]
+    public = public_names()
     for candidate in (target, last):
         head = candidate.partition(".")[0]
-        if head in painleve_sym._HOMES:
+        if head in public:
             domain = env.get_domain("py")
-            full = f"painleve_sym.{candidate}"
+            full = f"{public[head]}.{candidate}"
             if full in domain.objects:
                 page = node["refdoc"]
                 return domain.resolve_xref(env, page, app.builder, "obj", full, node, content)

@@ -5,7 +5,7 @@ lines are A = 0 and B = 0, the arrows the motion of the sliding rod.
 """
 
 import painleve_sym as ps
-from painleve_sym.present.map_figure import map_figure
+from painleve_sym.present.figure_of_map import map_figure
 
 ranges = {"theta": (0.1, 1.5), "theta_dot": (-6.0, 6.0)}
 regions = ps.region_map("rod", ("theta", "theta_dot"), ranges=ranges, points=200)

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import painleve_sym as ps
+from painleve_sym.study import FitProblem, read_fit_data
 
 TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 209e9}
 GUESS = {"e_energetic": 0.5, "mu": 1.35, "E": 5e10}
@@ -44,8 +45,8 @@ def write(folder):
 
 
 def estimate(name, folder, state):
-    data = ps.read_fit_data(folder / name, simulator.mechanism)
-    fit = ps.FitProblem(simulator, data, tuple(TRUTH), state, GUESS).solve()
+    data = read_fit_data(folder / name, simulator.mechanism)
+    fit = FitProblem(simulator, data, tuple(TRUTH), state, GUESS).solve()
     print(f"{name}: {data.count} values, {fit.evaluations} evaluations")
     for i, parameter in enumerate(fit.names):
         low, high = fit.interval[i]

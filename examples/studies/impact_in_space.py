@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 
 import painleve_sym as ps
 from painleve_sym.present.style import PAGE, PALETTE, legend_below, legend_entries, save, styled
+from painleve_sym.problem import Impact, invariant_directions
 
 Array = np.ndarray
 
@@ -36,7 +37,7 @@ class Case:
     e: float
 
     @property
-    def impact(self) -> ps.Impact:
+    def impact(self) -> Impact:
         """The impact, as the package solves it."""
         return ps.solve_impact(self.W, self.mu, self.velocity, "energetic", self.e)
 
@@ -104,7 +105,7 @@ def drawn_case(rng: np.random.Generator) -> Case:
             return case
 
 
-def outcome(impact: ps.Impact) -> str:
+def outcome(impact: Impact) -> str:
     """Return in words how an impact ends."""
     if impact.phases[-1].name.startswith("sticking"):
         return "sticks"
@@ -145,7 +146,7 @@ def hodographs(axes: Axes, case: Case) -> None:
     for phi in angles[:-1]:
         path = case.hodograph(radius * np.array([math.cos(phi), math.sin(phi)]))
         axes.plot(*path.T, color="0.6", linewidth=0.5, label="hodographs")
-    for direction in ps.invariant_directions(case.W, case.mu):
+    for direction in invariant_directions(case.W, case.mu):
         attracts = direction.turning < 0
         end = radius * np.array([math.cos(direction.angle), math.sin(direction.angle)])
         axes.plot(

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import painleve_sym as ps
+from painleve_sym.study import CriticalForceFinder, critical_force_gradient
 
 WRT = ("mu", "e_energetic", "E", "n")
 PARAMETERS = {"E": 20.9e14}
@@ -40,8 +41,8 @@ for name in ("y_A_dot", "theta_dot"):
     kept["velocities"][name] = row
     print(f"  {name} at separation".ljust(31) + "".join(f"{v:14.5e}" for v in row))
 
-finder = ps.CriticalForceFinder(simulator)
-slopes = ps.critical_force_gradient(
+finder = CriticalForceFinder(simulator)
+slopes = critical_force_gradient(
     finder,
     STATE | {"theta_dot": 5.0},
     ("theta", "mu", "E", "n"),
@@ -54,7 +55,7 @@ for name, slope in slopes.items():
     print(f"  by {name:12s} {slope.value: .6e} N per unit (+- {slope.error:.1e})")
 
 if len(sys.argv) > 1:
-    from painleve_sym.present.sensitivity_figure import sensitivity_figure
+    from painleve_sym.present.figure_of_sensitivity import sensitivity_figure
     from painleve_sym.present.style import save
 
     symbols = {"e_energetic": "e", "mu": r"\mu"}

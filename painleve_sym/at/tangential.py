@@ -48,8 +48,9 @@ class TangentialImpact(Compared):
     Examples
     --------
     >>> import painleve_sym as ps
+    >>> from painleve_sym.at import tangential_impact
     >>> klein = ps.models.painleve_klein()
-    >>> impact = ps.tangential_impact(klein, klein.start)
+    >>> impact = tangential_impact(klein, klein.start)
     >>> impact.case, round(impact.energy_change, 6)
     (<ContactCase.INDETERMINATE: 'indeterminate'>, -1.0)
     """
@@ -97,8 +98,8 @@ def tangential_impact(
 
     Examples
     --------
-    >>> import painleve_sym as ps
-    >>> impact = ps.tangential_impact("painleve-klein", {"phi": 1.2, "x_dot": -1.0})
+    >>> from painleve_sym.at import tangential_impact
+    >>> impact = tangential_impact("painleve-klein", {"phi": 1.2, "x_dot": -1.0})
     >>> impact.energy_change < 0
     True
     """

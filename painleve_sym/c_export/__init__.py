@@ -1,1 +1,5 @@
 """The motion as C code that stands alone."""
+
+from painleve_sym.doors import door
+
+__all__, __getattr__, __dir__ = door(__name__)

@@ -11,7 +11,7 @@ import sympy as sp
 from painleve_sym.cli.output import WIDTH, wrapped
 from painleve_sym.errors import InputError
 from painleve_sym.escape import one_line
-from painleve_sym.laws.closed_forms import closed_forms, impulse_units
+from painleve_sym.laws.formulas import closed_forms, impulse_units
 from painleve_sym.laws.python_module import python_module
 from painleve_sym.laws.restitution_equation import V_N_MINUS
 from painleve_sym.mechanics.formulas.formula import (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 import sys
@@ -37,15 +36,15 @@ def print_json(data: Mapping[str, Any]) -> None:
 
 
 def draw(figure: str, path: Path, look: Mapping[str, Any], *subject: Any) -> None:
-    """Write the figure that the module of `present` of this name draws of a subject.
+    """Write the figure that the function of `present` of this name draws of a subject.
 
-    Matplotlib is loaded here; the function has the name of its module.
+    Matplotlib is loaded here.
     """
-    from painleve_sym.present.style import Look, write_figure
+    from painleve_sym import present
 
-    module = importlib.import_module(f"painleve_sym.present.{figure}")
-    chosen = Look(**look)
-    write_figure(getattr(module, figure)(*subject, width=chosen.width), path, chosen)
+    chosen = present.Look(**look)
+    drawn = getattr(present, figure)(*subject, width=chosen.width)
+    present.write_figure(drawn, path, chosen)
 
 
 def notices_data(notices: Sequence[str]) -> dict[str, list[str]]:

@@ -1,1 +1,5 @@
 """Integrators of automata: the event loop in C and its steppers."""
+
+from painleve_sym.doors import door
+
+__all__, __getattr__, __dir__ = door(__name__)

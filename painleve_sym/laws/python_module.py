@@ -10,7 +10,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError
 from painleve_sym.escape import python_text
-from painleve_sym.laws.closed_forms import closed_forms, impulse_units
+from painleve_sym.laws.formulas import closed_forms, impulse_units
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.laws.restitution_equation import E_C, P_C, V_N_MINUS
 from painleve_sym.mechanics.coefficients import F_N

@@ -141,3 +141,34 @@ class GuideLaw:
     def choices(self) -> Mapping[str, str]:
         """The policy."""
         return {"policy": str(self.policy)}
+
+
+def rigid(
+    *,
+    restitution: RestitutionLike = Restitution.ENERGETIC,
+    policy: PolicyLike = Policy.LIFTOFF,
+    e: float | None = None,
+) -> RigidLaw:
+    """Return the contact that does not yield.
+
+    Parameters
+    ----------
+    restitution : Restitution or its text
+        The law of restitution.
+    policy : Policy or its text
+        What it does where several motions are possible.
+    e : float, optional
+        Coefficient of that law of restitution, in [0, 1].
+
+    Raises
+    ------
+    InputError
+        Unknown names, a coefficient out of range.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.rigid(restitution="poisson", e=0.5)
+    RigidLaw 'rigid' (restitution=poisson, policy=liftoff): e_poisson=0.5
+    """
+    return RigidLaw(restitution, policy, e)

@@ -75,8 +75,9 @@ class Mode:
     --------
     >>> import sympy as sp
     >>> import painleve_sym as ps
+    >>> from painleve_sym.mechanics import Mode
     >>> q, m, omega, phi, x, y = sp.symbols("q m omega phi x y")
-    >>> bending = ps.Mode(q, m, omega, damping=0.01)
+    >>> bending = Mode(q, m, omega, damping=0.01)
     >>> bar = ps.Body(m, (x, y), m, phi, modes=(bending,))
     >>> bar.point((0, 0), {q: (0, 2)})
     (-2*q*sin(phi) + x, 2*q*cos(phi) + y)
@@ -381,9 +382,9 @@ class Load:
     Examples
     --------
     >>> import sympy as sp
-    >>> import painleve_sym as ps
+    >>> from painleve_sym.mechanics import Load
     >>> phi, tau = sp.symbols("phi tau")
-    >>> ps.Load.torque(phi, tau)
+    >>> Load.torque(phi, tau)
     Load(along=(phi,), values=(tau,))
     """
 

@@ -43,12 +43,12 @@ class Shape:
 
     Examples
     --------
-    >>> import painleve_sym as ps
+    >>> from painleve_sym.mechanics import Shape
     >>> import sympy as sp
     >>> x, y, l, phi = sp.symbols("x y l phi")
-    >>> ps.Shape.stick((x, y), (x + l * sp.cos(phi), y + l * sp.sin(phi))).points[1]
+    >>> Shape.stick((x, y), (x + l * sp.cos(phi), y + l * sp.sin(phi))).points[1]
     (l*cos(phi) + x, l*sin(phi) + y)
-    >>> ps.Shape.box((x, y), 2, 1).kind
+    >>> Shape.box((x, y), 2, 1).kind
     <ShapeKind.POLYGON: 'polygon'>
     """
 

@@ -59,9 +59,9 @@ class Orientation:
     Examples
     --------
     >>> import sympy as sp
-    >>> import painleve_sym as ps
+    >>> from painleve_sym.mechanics import Orientation
     >>> psi, theta = sp.symbols("psi theta")
-    >>> ps.Orientation((("z", psi), ("y", -theta))).matrix[:, 0].T
+    >>> Orientation((("z", psi), ("y", -theta))).matrix[:, 0].T
     Matrix([[cos(psi)*cos(theta), sin(psi)*cos(theta), sin(theta)]])
     """
 
@@ -139,8 +139,9 @@ class SpatialBody:
     --------
     >>> import sympy as sp
     >>> import painleve_sym as ps
+    >>> from painleve_sym.mechanics import Orientation
     >>> m, J, l, x, psi = sp.symbols("m J l x psi")
-    >>> turned = ps.Orientation((("z", psi),))
+    >>> turned = Orientation((("z", psi),))
     >>> rod = ps.SpatialBody(m, (x, 0, 0), (0, J, J), turned)
     >>> rod.point((l, 0, 0))
     (l*cos(psi) + x, l*sin(psi), 0)

@@ -5,3 +5,7 @@ A paper is a folder here that holds ``claims.toml``, the claims with their expec
 claims to a function that returns its `item.ItemOutcome`; ``Workbench``, called without arguments,
 makes the one argument that these functions share. Adding the folder is all that a paper needs.
 """
+
+from painleve_sym.doors import door
+
+__all__, __getattr__, __dir__ = door(__name__)

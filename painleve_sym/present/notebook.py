@@ -17,7 +17,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.notebooks import Shown
-from painleve_sym.present.map_figure import map_figure
+from painleve_sym.present.figure_of_map import map_figure
 from painleve_sym.present.style import CONTACTS, DASHES, NORMAL, styled, svg_text
 from painleve_sym.problem.solution import ContactSolution
 from painleve_sym.quantities import axis_label, scaled_unit

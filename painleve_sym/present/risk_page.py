@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.present.figure_of_risk import risk_figure
+from painleve_sym.present.figure_of_risk_trajectory import risk_trajectory_figure
 from painleve_sym.present.page import HtmlPage, Section, figure, paragraph, table
-from painleve_sym.present.risk_figure import risk_figure
-from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
 from painleve_sym.present.style import svg_text
 from painleve_sym.problem.risk import slip_angle
 from painleve_sym.quantities import ROUNDING

@@ -20,6 +20,7 @@ from painleve_sym.mechanics.mathml import mathml, symbol_mathml
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.present.animation import Animation
+from painleve_sym.present.figure_of_trajectory import trajectory_figure
 from painleve_sym.present.page import (
     HtmlPage,
     Section,
@@ -30,7 +31,6 @@ from painleve_sym.present.page import (
     unit_html,
 )
 from painleve_sym.present.style import event_label, svg_text
-from painleve_sym.present.trajectory_figure import trajectory_figure
 from painleve_sym.quantities import counted, quantity
 from painleve_sym.references import Reference, citation
 from painleve_sym.study.scenario import Scenario

@@ -11,23 +11,6 @@ Examples
 ('slip', ['slip'])
 """
 
-from painleve_sym.problem.coefficients import NormalCoefficients, Sector
-from painleve_sym.problem.contact_problem import ContactProblem
-from painleve_sym.problem.friction_set import Brake, Disc, FrictionSet, Interval
-from painleve_sym.problem.modes import ContactMode
-from painleve_sym.problem.one_contact import contact
-from painleve_sym.problem.solution import ContactCase, ContactSolution
+from painleve_sym.doors import door
 
-__all__ = [
-    "Brake",
-    "ContactCase",
-    "ContactMode",
-    "ContactProblem",
-    "ContactSolution",
-    "Disc",
-    "FrictionSet",
-    "Interval",
-    "NormalCoefficients",
-    "Sector",
-    "contact",
-]
+__all__, __getattr__, __dir__ = door(__name__)

@@ -11,7 +11,7 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.present.outcome_figure import outcome_figure
+from painleve_sym.present.figure_of_outcome import outcome_figure
 from painleve_sym.present.style import write_figure
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap, outcome_map

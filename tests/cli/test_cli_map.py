@@ -11,7 +11,7 @@ import pytest
 
 from painleve_sym.cli import map as map_command
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.present.map_figure import map_figure
+from painleve_sym.present.figure_of_map import map_figure
 from painleve_sym.present.style import write_figure
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 from tests.cli.cli_helpers import run, run_json

@@ -3,6 +3,9 @@
 import numpy as np
 
 import painleve_sym as ps
+from painleve_sym.at import JumpPhase, JumpResult
+from painleve_sym.motion import EventRecord, Segment, SensitiveTrajectory
+from painleve_sym.study import Border, CriticalForce, FitResult, RegionMap
 
 rod: ps.Mechanism = ps.models.rod(mu=1.5)
 law: ps.ContactLaw = ps.laws.bilinear_hertz(E=20.9e14, reload="virgin")
@@ -15,19 +18,19 @@ seconds: float = run.events[0].time
 kind: ps.EventKind = run.events[0].kind
 batch: ps.BatchResult = ps.simulate_batch(rod, law, {"theta": np.linspace(0.9, 1.0, 3)}, t_end=1e-3)
 case: ps.ContactCase = ps.classify(rod, start).case
-jump: ps.JumpResult = ps.evaluate_jump(rod, "energetic", start)
+jump: JumpResult = ps.evaluate_jump(rod, "energetic", start)
 simulator = ps.Simulator(rod, law, engine=ps.EngineName.COMPILED)
 again: ps.Trajectory = simulator.run(start, t_end=1e-3, record=ps.Record.EVENTS)
-derivatives: ps.SensitiveTrajectory = simulator.sensitivities(start, ["mu"], t_end=1e-3)
-force: ps.CriticalForce = ps.critical_force(rod, law, start, border=ps.Border.COMPRESSION)
-regions: ps.RegionMap = ps.region_map("rod", ("theta", "theta_dot"), points=20)
+derivatives: SensitiveTrajectory = simulator.sensitivities(start, ["mu"], t_end=1e-3)
+force: CriticalForce = ps.critical_force(rod, law, start, border=Border.COMPRESSION)
+regions: RegionMap = ps.region_map("rod", ("theta", "theta_dot"), points=20)
 timed: ps.Trajectory = ps.simulate(rod, law, {"theta": "30 deg"}, t_end="1 ms", initial_force="5 N")
-ranged: ps.RegionMap = ps.region_map(rod, "theta,mu", ranges={"theta": ("10 deg", "80 deg")})
-event: ps.EventRecord = run.events[0]
-segment: ps.Segment = run.segments[0]
+ranged: RegionMap = ps.region_map(rod, "theta,mu", ranges={"theta": ("10 deg", "80 deg")})
+event: EventRecord = run.events[0]
+segment: Segment = run.segments[0]
 solution: ps.ContactSolution = ps.classify(rod, start).solutions[0]
-phase: ps.JumpPhase = jump.phases[0]
-result: ps.FitResult = ps.fit("rod", law, "impacts.csv", ["mu"])
+phase: JumpPhase = jump.phases[0]
+result: FitResult = ps.fit("rod", law, "impacts.csv", ["mu"])
 
 ps.simulate(rod, law, start)  # error: [call-arg]
 ps.simulate(rod, law, start, t_end=1e-3, engine="fortran")  # error: [arg-type]

@@ -20,6 +20,7 @@ from painleve_sym.explorer.exact_start import exact_start
 from painleve_sym.explorer.first_map import first_map
 from painleve_sym.explorer.prebuilt import STORED, default_law, stored_digest, stored_module
 from painleve_sym.explorer.source import ModuleSource
+from painleve_sym.mechanics import Shape
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice
 from tests.cli.cli_helpers import run, run_json
@@ -383,7 +384,7 @@ def test_second_page_derives_nothing_and_is_the_same(cache, monkeypatch, sledge)
 
 def test_page_of_another_drawing_text_or_law_is_made_of_another_text():
     feet = ps.model("block-two-feet")
-    drawn = {"shapes": (ps.Shape.dot((0, 0)),)}
+    drawn = {"shapes": (Shape.dot((0, 0)),)}
     changes = (drawn, {"title": "another"}, {"sketch": "another"}, {"start": {}})
     mechanisms = [feet, *(dataclasses.replace(feet, **change) for change in changes)]
     texts = [ModuleSource(m, ps.law("rigid")).definition for m in mechanisms]

@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.laws.closed_forms import closed_forms
+from painleve_sym.laws.formulas import closed_forms
 from painleve_sym.mechanics.formulas.formula import named_parts
 from painleve_sym.mechanics.formulas.whole_mechanism import motion_sections
 from painleve_sym.mechanics.paradox.critical_friction import least_over_directions
@@ -94,7 +94,7 @@ def test_names_of_parts_are_free():
 
 def test_parts_have_the_same_names_in_every_run():
     code = (
-        "from painleve_sym.laws.closed_forms import closed_forms\n"
+        "from painleve_sym.laws.formulas import closed_forms\n"
         "from painleve_sym.codegen.named_mechanisms import model\n"
         "from painleve_sym.mechanics.formulas.formula import named_parts\n"
         "forms = closed_forms(model('two-link-arm'))\n"

@@ -20,6 +20,7 @@ from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.positive import positive_function
 from painleve_sym.cli import main
 from painleve_sym.codegen.evaluate import numbers as evaluated
+from painleve_sym.mechanics import DomainBound, Load
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
 from tests.support.vanishing import vanishes
 
@@ -58,7 +59,7 @@ def free_body(of_the_point=False):
     )
     point = tuple(at) if of_the_point else body.point(tuple(r))
     contact = ps.Contact.in_space("A", system, point, mu.symbol)
-    domain = tuple(ps.DomainBound(*bound) for bound in body.bounds)
+    domain = tuple(DomainBound(*bound) for bound in body.bounds)
     return ps.Mechanism("free body", "free body", "test", system, (contact,), domain)
 
 
@@ -465,7 +466,7 @@ def test_two_bodies_turn_by_themselves():
     m = ps.Parameter("m", 1.0, "kg", "mass", 0.0, lower_closed=False)
     F = ps.Parameter("F", 1.0, "N", "force along x on a point of the second body")
     one, two = (ps.SpatialBody(m.symbol, (0, 0, 0), (1, 2, 2.5), turned) for turned in (q, r))
-    force = ps.Load.force(two.point((0, 1, 0)), (F.symbol, 0, 0))
+    force = Load.force(two.point((0, 1, 0)), (F.symbol, 0, 0))
     system = ps.LagrangianSystem.of_bodies(
         "two", (*q.coordinates, *r.coordinates), (m, F), [one, two], loads=[force]
     )

@@ -15,6 +15,7 @@ import pytest
 import painleve_sym as ps
 from painleve_sym.codegen.tape import Tape, TapeOutputs
 from painleve_sym.errors import InputError
+from painleve_sym.laws import LawsByContact
 from painleve_sym.mechanics.declarations import with_fields
 from painleve_sym.mechanics.models import MODELS
 from tests.languages import HOSTILE, html_faults
@@ -67,7 +68,7 @@ def results():
             feet.risk(2.5),
             ps.contact(np.eye(3), (1, 0, 0), 1.0),
         ),
-        ps.LawsByContact({"A": law, "B": ps.laws.rigid()}),
+        LawsByContact({"A": law, "B": ps.laws.rigid()}),
         ps.classify("rod-3d", {"theta": 0.5, "x_A_dot": -1.0}),
         *(rod, law, ps.laws.rigid(), ps.Simulator(rod, law), rod.contact, ps.material("steel")),
         *(classified, *classified.solutions, jump, *jump.phases, impact),

@@ -15,6 +15,7 @@ import painleve_sym as ps
 from painleve_sym.errors import ModelError
 from painleve_sym.mechanics.materials import material
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.motion import EventRecord
 from painleve_sym.motion.rigidity import (
     RIGID_PERIODS,
     BodyPeriod,
@@ -104,7 +105,7 @@ def test_of_several_contacts_the_shortest_counts():
     course = [(part, "A", 3.0), (touch, "A", 4.0), (touch, "B", 4.5), (part, "A", 4.8)]
     course += [(part, "B", 7.0), (touch, "A", 8.0), (part, "A", 9.5), (touch, "B", 9.7)]
     events = [
-        ps.EventRecord(time, kind, "", "", {}, 0.0, 0.0, 0.0, contact=contact)
+        EventRecord(time, kind, "", "", {}, 0.0, 0.0, 0.0, contact=contact)
         for kind, contact, time in course
     ]
     durations = contact_durations(events)

@@ -13,11 +13,11 @@ from matplotlib.colors import to_hex
 from PIL import Image
 
 import painleve_sym as ps
+from painleve_sym.present.figure_of_map import map_figure
+from painleve_sym.present.figure_of_risk import risk_figure
+from painleve_sym.present.figure_of_risk_trajectory import risk_trajectory_figure
 from painleve_sym.present.film import FilmPicture, _Arrows
-from painleve_sym.present.map_figure import map_figure
-from painleve_sym.present.risk_figure import risk_figure
 from painleve_sym.present.risk_page import risk_page
-from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
 from painleve_sym.present.style import NORMAL, PALETTE, STYLE, event_label
 from painleve_sym.robots.contact_risk import LeastRisk
 from painleve_sym.robots.report import RiskReport

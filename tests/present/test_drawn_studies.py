@@ -10,11 +10,12 @@ from matplotlib.colors import to_hex, to_rgba
 
 import painleve_sym as ps
 from painleve_sym.papers.panels import Axis, Curve, Mark, Panel
-from painleve_sym.present.contrast_figure import ASIDE, contrast_figure
+from painleve_sym.present.figure_of_contrast import ASIDE, contrast_figure
+from painleve_sym.present.figure_of_fit import fit_figure
+from painleve_sym.present.figure_of_outcome import FILLS, NAMES, outcome_figure
+from painleve_sym.present.figure_of_sensitivity import sensitivity_figure
 from painleve_sym.present.figures import draw
-from painleve_sym.present.fit_figure import fit_figure
-from painleve_sym.present.outcome_figure import FILLS, NAMES, outcome_figure
-from painleve_sym.present.sensitivity_figure import sensitivity_figure
+from painleve_sym.study import FitResult
 from tests.present.reading import assert_upright, drawn_values, legend_names
 from tests.present.test_figure_words import ROD, outcomes
 
@@ -23,7 +24,7 @@ def fitted(times):
     measured = {"normal_force": np.array([1.0, 4.0, 2.0]), "theta": np.array([0.3, 0.1, 0.2])}
     model = {name: values + np.array([0.1, -0.3, 0.2]) for name, values in measured.items()}
     one = np.ones(1)
-    return ps.FitResult(
+    return FitResult(
         names=("mu",),
         units=("1",),
         start=one,

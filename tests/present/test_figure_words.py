@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 from painleve_sym import PainleveWarning, load_mechanism, region_map, simulate
 from painleve_sym.present import fonts
-from painleve_sym.present.contrast_figure import contrast_figure
+from painleve_sym.present.figure_of_contrast import contrast_figure
+from painleve_sym.present.figure_of_map import FILLS, map_figure
+from painleve_sym.present.figure_of_outcome import outcome_figure
 from painleve_sym.present.figures import draw
 from painleve_sym.present.fonts import make_legible
-from painleve_sym.present.map_figure import FILLS, map_figure
-from painleve_sym.present.outcome_figure import outcome_figure
 from painleve_sym.present.style import (
     COLUMN,
     NORMAL,

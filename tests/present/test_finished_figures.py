@@ -10,8 +10,8 @@ from PIL import Image
 
 from painleve_sym import simulate
 from painleve_sym.__main__ import main
+from painleve_sym.present.figure_of_outcome import _borders, outcome_figure
 from painleve_sym.present.figures import draw
-from painleve_sym.present.outcome_figure import _borders, outcome_figure
 from painleve_sym.present.style import DPI, Look, write_figure
 from painleve_sym.quantities import number_latex, scaled_unit
 from painleve_sym.study.critical.outcome_map import OutcomeMap

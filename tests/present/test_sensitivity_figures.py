@@ -9,8 +9,8 @@ import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.present.fit_figure import fit_figure
-from painleve_sym.present.sensitivity_figure import sensitivity_figure
+from painleve_sym.present.figure_of_fit import fit_figure
+from painleve_sym.present.figure_of_sensitivity import sensitivity_figure
 from painleve_sym.present.style import save, write_figure
 from painleve_sym.study.fitting.result import FitResult
 from tests.support.paper_law import paper_law

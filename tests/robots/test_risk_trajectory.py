@@ -12,7 +12,7 @@ import pytest
 
 import painleve_sym as ps
 from painleve_sym.errors import InputError
-from painleve_sym.present.risk_trajectory_figure import risk_trajectory_figure
+from painleve_sym.present.figure_of_risk_trajectory import risk_trajectory_figure
 from painleve_sym.robots.motion_log import MotionLog, TouchingRule, read_motion
 from painleve_sym.robots.trajectory import risk_along, time_weights
 

@@ -544,7 +544,7 @@ def test_crossing_outside_the_domain_is_none(beyond, count):
         "none",
         rod.system,
         rod.contacts,
-        domain=(ps.DomainBound(margin, "in its half plane"),),
+        domain=(DomainBound(margin, "in its half plane"),),
     )
     ranges = {"theta": (0.5, 1.5), "mu": (0.5, 3.0)}
     regions = region_map(half, ("theta", "mu"), ranges=ranges, state={"theta_dot": 3.4}, points=40)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import painleve_sym as ps
+from painleve_sym.motion import CorrectedJumpRule, FrozenImpactSolver
 from painleve_sym.papers.impact_resolution.beyond import compute_corrected
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.present.figures import draw
@@ -79,7 +80,7 @@ for name, state, force, E in (
     print(f"{name:40} " + " ".join(f"{value:10.6f}" for value in values))
 
 print("\nlinear contact k = 1e20 N/m, damping c/sqrt(k): rebound over |v_n1|, and its limits")
-at = ps.CorrectedJumpRule(rod, law).coefficients(
+at = CorrectedJumpRule(rod, law).coefficients(
     {**dict.fromkeys(rod.state_names, 0.0), **table_3},
     {p.name: p.default for p in (*rod.system.parameters, *law.parameters)},
 )
@@ -89,7 +90,7 @@ A_stick = contact["W_nn"] - contact["W_nt"] ** 2 / contact["W_tt"]
 v_n1 = abs(A / (contact["W_nt"] + contact["mu"] * contact["W_tt"]))
 print(f"no damping: sqrt(1 + A'/|A|) = {math.sqrt(1 + A_stick / -A):.6f}")
 k, dampings = 1e20, np.array([0.0, 0.1, 1.0, 10.0, 100.0])
-impacts = ps.FrozenImpactSolver(ps.law("linear"))(
+impacts = FrozenImpactSolver(ps.law("linear"))(
     contact, {"slip_velocity": -1.0}, {"k": k, "c": dampings * math.sqrt(k)}
 )
 for damping, velocity in zip(dampings, impacts.head["normal_velocity"], strict=True):

@@ -15,8 +15,8 @@ import numpy as np
 
 import painleve_sym as ps
 from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
+from painleve_sym.present.figure_of_outcome import outcome_figure
 from painleve_sym.present.figures import draw
-from painleve_sym.present.outcome_figure import outcome_figure
 from painleve_sym.present.style import save
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.continuation import critical_curve

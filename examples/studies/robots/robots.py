@@ -24,6 +24,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 import painleve_sym as ps
+from painleve_sym.robots import RobotContact
 
 MU = 0.8
 
@@ -123,7 +124,7 @@ def ball_of(case: Case, folder: Path) -> tuple[list[float], float] | None:
     return None
 
 
-def contact_of(case: Case, folder: Path, lowest: bool = False) -> ps.RobotContact:
+def contact_of(case: Case, folder: Path, lowest: bool = False) -> RobotContact:
     """Return the contact of a case, at the origin of its frame, or at its lowest point."""
     poses = None if case.srdf is None else folder / case.srdf
     robot = ps.robot(folder / case.file, floating=case.floating, srdf=poses)

@@ -281,9 +281,9 @@ def invariant_directions(W: Sequence[Sequence[float]], mu: float) -> tuple[Invar
 
     Examples
     --------
-    >>> import painleve_sym as ps
+    >>> from painleve_sym.problem import invariant_directions
     >>> W = [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]]
-    >>> [round(d.growth, 6) for d in ps.invariant_directions(W, 0.5)]
+    >>> [round(d.growth, 6) for d in invariant_directions(W, 0.5)]
     [-0.5, -1.5, -1.5, -0.5]
     """
     where = "invariant directions"

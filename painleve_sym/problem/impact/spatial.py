@@ -172,9 +172,9 @@ class InvariantDirection(NamedTuple):
 
     Examples
     --------
-    >>> import painleve_sym as ps
+    >>> from painleve_sym.problem import invariant_directions
     >>> W = [[2.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    >>> begins, stops = ps.invariant_directions(W, 0.5)
+    >>> begins, stops = invariant_directions(W, 0.5)
     >>> begins.growth, stops.growth
     (0.5, -1.5)
     """

@@ -74,9 +74,10 @@ def critical_force_gradient(
     Examples
     --------
     >>> import painleve_sym as ps
+    >>> from painleve_sym.study import CriticalForceFinder, critical_force_gradient
     >>> simulator = ps.Simulator(ps.models.rod(), ps.laws.bilinear_hertz(E=209e9))
     >>> state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
-    >>> gradient = ps.critical_force_gradient(ps.CriticalForceFinder(simulator), state, ["mu"])
+    >>> gradient = critical_force_gradient(CriticalForceFinder(simulator), state, ["mu"])
     >>> gradient["mu"].value < 0
     True
     """

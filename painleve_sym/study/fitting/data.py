@@ -89,7 +89,8 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     Examples
     --------
     >>> import painleve_sym as ps
-    >>> data = ps.read_fit_data("examples/studies/fit/impacts.csv", ps.models.rod())
+    >>> from painleve_sym.study import read_fit_data
+    >>> data = read_fit_data("examples/studies/fit/impacts.csv", ps.models.rod())
     >>> sorted(data.starts)
     ['theta', 'theta_dot', 'x_A_dot']
     """

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import painleve_sym as ps
+from painleve_sym.problem import invariant_directions
 from tests.study.study_scripts import study_script
 
 ROOT = Path(__file__).parents[3]
@@ -65,7 +66,7 @@ def test_invariant_directions_on_the_borders_are_those_of_the_page():
     def angles(w, eigenvalues, mu):
         W = np.diag([9.0, *eigenvalues])
         W[0, 1:] = W[1:, 0] = w
-        return sorted(d.angle % (2 * np.pi) for d in ps.invariant_directions(W, mu))
+        return sorted(d.angle % (2 * np.pi) for d in invariant_directions(W, mu))
 
     assert angles((0, 0), (1, 2), 1.0) == pytest.approx(np.arange(4) * np.pi / 2, abs=1e-12)
     assert angles((0, 0), (2, 2), 1.0) == []

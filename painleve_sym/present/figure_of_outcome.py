@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from painleve_sym.arrays import Array
 from painleve_sym.escape import figure_text
-from painleve_sym.present.map_figure import code_colours, fill_patch, map_frame
+from painleve_sym.present.figure_of_map import code_colours, fill_patch, map_frame
 from painleve_sym.present.style import (
     DASHES,
     PALETTE,

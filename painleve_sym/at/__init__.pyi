@@ -1,0 +1,11 @@
+from painleve_sym.at.cases import classify as classify
+from painleve_sym.at.classification import Classification as Classification
+from painleve_sym.at.closing import closed_state as closed_state
+from painleve_sym.at.delassus import Delassus as Delassus
+from painleve_sym.at.jump import JumpPhase as JumpPhase
+from painleve_sym.at.jump import JumpResult as JumpResult
+from painleve_sym.at.jump import evaluate_jump as evaluate_jump
+from painleve_sym.at.positive import PositiveFunction as PositiveFunction
+from painleve_sym.at.positive import positive_function as positive_function
+from painleve_sym.at.tangential import TangentialImpact as TangentialImpact
+from painleve_sym.at.tangential import tangential_impact as tangential_impact

@@ -1,0 +1,2 @@
+from painleve_sym.automata.automaton import HybridAutomaton as HybridAutomaton
+from painleve_sym.automata.derivation import ContactDerivation as ContactDerivation

@@ -1,0 +1,2 @@
+from painleve_sym.engines.impacts import solve_simultaneous_impact as solve_simultaneous_impact
+from painleve_sym.engines.simultaneous import SimultaneousImpact as SimultaneousImpact

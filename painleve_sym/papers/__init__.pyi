@@ -1,0 +1,2 @@
+from painleve_sym.papers.registry import Reproduction as Reproduction
+from painleve_sym.papers.registry import reproduce as reproduce
