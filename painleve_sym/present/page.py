@@ -70,7 +70,7 @@ footer { margin-top: 3rem; font-size: 0.9rem; color: var(--soft);
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A section of a page: HTML, an anchor that may be empty, and the level of its heading."""
 
     title: str
@@ -93,7 +93,7 @@ class HtmlPage:
 
     title: str
     lead: str
-    parts: Sequence[Section] = field(default=())
+    parts: Sequence[PageSection] = field(default=())
     script: str = ""
 
     def html(self) -> str:

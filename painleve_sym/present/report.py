@@ -15,7 +15,7 @@ from painleve_sym.files import write_beside
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
-from painleve_sym.present.page import HtmlPage, Section, figure, paragraph, table
+from painleve_sym.present.page import HtmlPage, PageSection, figure, paragraph, table
 from painleve_sym.present.style import Look, inline_svg, save
 from painleve_sym.quantities import counted
 from painleve_sym.tables import Html, cell_text, markdown_table, text_lines
@@ -235,12 +235,14 @@ def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> HtmlP
         + paragraph(ON_RECORD)
         + f"<dl>{meanings}</dl>"
     )
-    parts = [Section("Verdicts", f'<div id="verdicts">{_verdict_table(reproduction)}</div>')]
+    parts = [PageSection("Verdicts", f'<div id="verdicts">{_verdict_table(reproduction)}</div>')]
     for group, items in groupby(reproduction.items, lambda item: item.group):
-        parts.append(Section(_HEADINGS.get(group, f"{group}s").capitalize(), ""))
+        parts.append(PageSection(_HEADINGS.get(group, f"{group}s").capitalize(), ""))
         for item in items:
             label = reproduction.label(item)
-            parts.append(Section(item.title, _item_html(item, label, figures.get(label)), label, 3))
+            parts.append(
+                PageSection(item.title, _item_html(item, label, figures.get(label)), label, 3)
+            )
     return HtmlPage("The paper again", lead, parts, _FILTER)
 
 

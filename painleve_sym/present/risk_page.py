@@ -9,7 +9,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.present.figure_of_risk import risk_figure
 from painleve_sym.present.figure_of_risk_trajectory import risk_trajectory_figure
-from painleve_sym.present.page import HtmlPage, Section, figure, paragraph, table
+from painleve_sym.present.page import HtmlPage, PageSection, figure, paragraph, table
 from painleve_sym.present.style import svg_text
 from painleve_sym.problem.risk import slip_angle
 from painleve_sym.quantities import ROUNDING
@@ -65,26 +65,26 @@ def risk_page(report: RiskReport, motion: RiskTrajectory | None = None) -> HtmlP
     sizes = _cleaned(gradient, float(np.abs(gradient).max(initial=0.0))).tolist()
     slopes = [(n, g, f"1/{report.units[n]}") for n, g in zip(risk.gradient, sizes, strict=True)]
     parts = [
-        Section(
+        PageSection(
             "Robot, contact and pose", table(("part", "value"), report.subject.rows, "subject")
         ),
-        Section("Thresholds of friction", table(("quantity", "value"), rows, "thresholds")),
-        Section("Mobility W, 1/kg", table(("row", *axes), mobility, "mobility")),
+        PageSection("Thresholds of friction", table(("quantity", "value"), rows, "thresholds")),
+        PageSection("Mobility W, 1/kg", table(("row", *axes), mobility, "mobility")),
     ]
     if bounded:
         shown = table(("joint", "derivative", "unit"), slopes, "derivatives")
-        parts.append(Section("Derivatives of μ_P by joint values", shown))
+        parts.append(PageSection("Derivatives of μ_P by joint values", shown))
     if np.isfinite(report.distribution).any():
         drawing = svg_text(risk_figure(report), "risk", "Share of poses below each threshold")
         caption = f"Share of {len(report.distribution)} random poses with a smaller μ_P."
-        parts.append(Section("All poses", figure(drawing, caption)))
+        parts.append(PageSection("All poses", figure(drawing, caption)))
     if report.least is not None:
         pose = list(report.least.joints.items())
         parts.append(
-            Section("Pose with the least μ_P", table(("joint", "value"), pose, "worst pose"))
+            PageSection("Pose with the least μ_P", table(("joint", "value"), pose, "worst pose"))
         )
     if motion is not None:
-        parts.append(Section("Along the motion", _along(motion)))
+        parts.append(PageSection("Along the motion", _along(motion)))
     return HtmlPage(report.title, lead, parts)
 
 

@@ -23,7 +23,7 @@ from painleve_sym.present.animation import Animation
 from painleve_sym.present.figure_of_trajectory import trajectory_figure
 from painleve_sym.present.page import (
     HtmlPage,
-    Section,
+    PageSection,
     figure,
     paragraph,
     preformatted,
@@ -55,19 +55,19 @@ def run_page(scenario: Scenario, run: Trajectory) -> HtmlPage:
     )
     lead += "".join(paragraph(notice) for notice in run.notices)
     parts = [
-        Section("Mechanism", _mechanism(mechanism, run)),
-        Section("Formulas", _formulas(mechanism)),
-        Section("Input", _input(scenario, run)),
+        PageSection("Mechanism", _mechanism(mechanism, run)),
+        PageSection("Formulas", _formulas(mechanism)),
+        PageSection("Input", _input(scenario, run)),
     ]
     if len(run.step_time):
         drawing = svg_text(trajectory_figure(run), "motion", "Forces and motion over time")
         caption = "Forces, coordinates and velocities over time, with the events marked."
-        parts.append(Section("Motion", figure(drawing, caption)))
+        parts.append(PageSection("Motion", figure(drawing, caption)))
     parts += [
-        Section("Events", _events(run)),
-        Section("End", _end(run)),
-        Section("Energy balance", _energy(run)),
-        Section("Sources", _sources(scenario, run)),
+        PageSection("Events", _events(run)),
+        PageSection("End", _end(run)),
+        PageSection("Energy balance", _energy(run)),
+        PageSection("Sources", _sources(scenario, run)),
     ]
     return HtmlPage(title, lead, parts)
 

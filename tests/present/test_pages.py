@@ -16,7 +16,7 @@ from painleve_sym import Trajectory, citation
 from painleve_sym.__main__ import main
 from painleve_sym.mechanics.mathml import symbol_mathml
 from painleve_sym.papers.registry import reproduce
-from painleve_sym.present.page import Html, HtmlPage, Section, preformatted, table, unit_html
+from painleve_sym.present.page import Html, HtmlPage, PageSection, preformatted, table, unit_html
 from painleve_sym.present.report import report_page, write_report
 from painleve_sym.present.run_page import run_page, scenario_command
 from painleve_sym.study.scenario import Scenario
@@ -263,7 +263,9 @@ def test_rounding_at_the_end_is_shown_as_zero():
 
 
 def test_parts_of_a_page_are_escaped():
-    page = HtmlPage("<t>", table(["<c>"], [["<v>", 1.5, None, True]], "<l>"), [Section("<p>", "")])
+    page = HtmlPage(
+        "<t>", table(["<c>"], [["<v>", 1.5, None, True]], "<l>"), [PageSection("<p>", "")]
+    )
     text = page.html() + preformatted("<x>", "<y>") + unit_html("<u>")
     for letter in "tcvlpxyu":
         assert f"<{letter}>" not in text.replace("<p>Written", "")
