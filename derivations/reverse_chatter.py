@@ -5,7 +5,6 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step, cited
-from painleve_sym.laws.chatter import TAU, chatter_ratio
 from painleve_sym.laws.restitution import energetic, poisson
 from painleve_sym.mechanics.general_contact import KAPPA, general_contact
 from painleve_sym.mechanics.simplify import readable
@@ -16,6 +15,7 @@ E_P, E_S = poisson().parameter.symbol, energetic().parameter.symbol
 FALL, B_T, V = sp.symbols("a b_t v", positive=True)
 TIME, P_1, V_1, P_C, E_C = sp.symbols("T P_1 v_1 P_c E_c", real=True)
 RHO_P, RHO_SQUARED = sp.symbols("rho_poisson rho_energetic_squared", positive=True)
+TAU = sp.Symbol("tau", real=True)
 STICK_DROP, REVERSE_DROP = sp.symbols("stick_drop reverse_drop", real=True)
 E_P_AT, E_S_AT, MU_AT = sp.symbols("e_poisson_1 e_energetic_1 mu_1", positive=True)
 
@@ -95,8 +95,6 @@ def necessity_steps() -> list[Step]:
 def derive() -> Derivation:
     """Derive the ratio of bounces with Poisson's and the energetic law, and the thresholds."""
     p_1, v_1, p_c, stored = bounce()
-    by_poisson = chatter_ratio(restitution=poisson(), slip=1)
-    by_energy = chatter_ratio(restitution=energetic(), slip=1)
     rho_p = sp.simplify(A_STICK * E_P * p_c / V)
     squared = sp.cancel(sp.together(sp.expand(E_S**2 * 2 * A_STICK * stored / V**2)))
     shown = E_S**2 * ((1 + KAPPA * TAU) ** 2 - KAPPA * TAU**2 * A_STICK / (W_TT * (MU - KAPPA)))
@@ -123,12 +121,10 @@ def derive() -> Derivation:
             "Poisson's restitution gives the rebound $A' e_P P_c = \\rho_P v$. Friction has "
             "dropped out:",
             sp.Eq(RHO_P, sp.factor(rho_p)),
-            package=by_poisson.ratio,
         ),
         Step(
             "Bounces grow, reverse chatter, above",
             sp.Eq(E_P_AT, 1 / (1 + KAPPA * TAU)),
-            package=by_poisson.restitution_threshold,
         ),
         Step(
             "The compression stores $\\int v_n\\,dP$ over both parts,",
@@ -138,17 +134,14 @@ def derive() -> Derivation:
             "of which the energetic restitution gives back $e^2$: the rebound is "
             "$\\sqrt{2 A' e^2 E_c} = \\rho v$,",
             sp.Eq(RHO_SQUARED, shown),
-            package=by_energy.ratio**2,
         ),
         Step(
             "less than Poisson's for $\\kappa\\tau > 0$. Bounces grow above",
             sp.Eq(E_S_AT, 1 / sp.sqrt(shown / E_S**2)),
-            package=by_energy.restitution_threshold,
         ),
         Step(
             "or, at a given restitution with $e(1 + \\kappa\\tau) > 1$, above the friction",
             sp.Eq(MU_AT, readable(friction[0])),
-            package=by_energy.friction_threshold,
         ),
         *necessity_steps(),
     )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from derivations.generated import reverse_chatter as forms
 from painleve_sym.at.cases import classify
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.laws.chatter import chatter_ratio, symbols_of
-from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
@@ -45,11 +46,8 @@ def test_growing_bounces_are_named_and_have_the_ratio_of_the_closed_form(cart, g
     assert growth.bounces > 30
     assert growth.start_time == growing.events_of("touchdown")[0].time
     speeds = [-e.state["y_dot"] for e in growing.events_of("touchdown")]
-    closed = chatter_ratio(slip=-1)
-    c = cart.mechanism.coefficients
-    values = {"phi": 2.9, "phi_dot": 0.0} | cart.parameters(PUSHED)
-    expr = closed.ratio.subs(symbols_of(c))
-    ratio = float(expr.subs({s: values[s.name] for s in expr.free_symbols}))
+    at = classify(cart.mechanism, START, parameters=PUSHED).problem
+    ratio = math.sqrt(forms.rho_energetic_squared(**numbers(at), e_energetic=0.75))
     assert growth.expected_ratio == pytest.approx(ratio, rel=1e-6)
     # The first bounces are so small that nothing else has changed.
     assert np.array(speeds[1:6]) / speeds[:5] == pytest.approx(np.full(5, ratio), rel=1e-6)
@@ -130,11 +128,18 @@ def test_contact_that_opens_has_no_chatter():
 def test_threshold_in_the_closed_form_of_the_law():
     problem = ContactProblem.single(1.25, 0.5, 1.0, -9.8, 5.0, 3.0, 0.0)
     cycle = chatter(problem, "poisson", 0.6)
-    form = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
-    at = {"kappa": 0.5, "tau": 10 / 9.8, "e_poisson": 0.6}
-    assert cycle.ratio == pytest.approx(_number(form.ratio, at), rel=1e-12)
-    assert cycle.threshold == pytest.approx(_number(form.restitution_threshold, at), rel=1e-12)
+    assert cycle.ratio == pytest.approx(forms.rho_poisson(0.5, 10 / 9.8, 0.6), rel=1e-12)
+    assert cycle.threshold == pytest.approx(forms.e_poisson_1(0.5, 10 / 9.8), rel=1e-12)
+    cycle, at = chatter(problem, "energetic", 0.9), numbers(problem)
+    squared = forms.rho_energetic_squared(**at, e_energetic=0.9)
+    assert cycle.ratio == pytest.approx(math.sqrt(squared), rel=1e-12)
+    assert cycle.threshold == pytest.approx(forms.e_energetic_1(**at), rel=1e-12)
 
 
-def _number(expr, values):
-    return float(expr.subs({s: values[s.name] for s in expr.free_symbols}))
+def numbers(problem):
+    """Return what the closed forms take, mirrored to b_t > 0."""
+    (W_nn, W_nt), (_, W_tt) = problem.W.tolist()
+    side = math.copysign(1.0, problem.b_t)
+    kappa, tau = side * W_nt / W_tt, -2 * side * problem.b_t / problem.b_n
+    own = {"W_tt": W_tt, "kappa": kappa, "A_stick": W_nn - W_nt**2 / W_tt}
+    return own | {"mu": problem.mu.item(), "tau": tau}

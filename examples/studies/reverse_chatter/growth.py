@@ -1,7 +1,8 @@
 """When do bounces of a contact at rest grow instead of dying out?
 
 A cart with a pendulum (phi = 2.9 rad) is pushed by a force of -10 N. Its contact can stick, yet a
-bounce of 1e-8 m/s grows to a visible one. Ratio of successive bounces: closed form and rigid runs.
+bounce of 1e-8 m/s grows to a visible one. Ratio of successive bounces: with W and b of the rest,
+and of rigid runs.
 
 Run: python examples/studies/reverse_chatter/growth.py [--points N] [--out FOLDER]
 Writes growth.png, growth.svg (figure) and growth.json (the numbers).
@@ -20,9 +21,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 import painleve_sym as ps
-from painleve_sym.laws.chatter import chatter_ratio, symbols_of
-from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
+from painleve_sym.problem.impact.chatter import chatter
 
 LAWS = ("poisson", "energetic", "newton")
 NAMES = {"poisson": "Poisson", "energetic": "energetic", "newton": "Newton"}
@@ -31,18 +31,10 @@ CART = ps.model("cart-pendulum")
 
 
 @cache
-def in_numbers(law: str, quantity: str) -> Any:
-    """Return a closed form with the cart's numbers in, but for the restitution."""
-    form = chatter_ratio(restitution=restitution_law(law), slip=-1)
-    values = {p.name: p.default for p in CART.system.parameters} | PUSH | STATE | {"phi_dot": 0.0}
-    expr = getattr(form, quantity).subs(symbols_of(CART.coefficients))
-    return expr.subs({s: values[s.name] for s in expr.free_symbols if s.name in values})
-
-
-def closed_form(law: str, e: float, quantity: str = "ratio") -> float:
-    """Return the ratio, or the restitution with ratio 1, from the closed form."""
-    expr = in_numbers(law, quantity)
-    return float(expr.subs(dict.fromkeys(expr.free_symbols, e)))
+def frozen(law: str, e: float) -> Any:
+    """Return the bounces with W and b of the cart at rest."""
+    cart = ps.classify(CART, STATE, parameters=PUSH)
+    return chatter(cart.problem, law, e)
 
 
 @cache
@@ -70,9 +62,9 @@ def study(points: int) -> dict[str, Any]:
         for e in np.linspace(0.2, 1.0, points):
             _, v, _ = speeds(law, float(e), 5e-8)
             rows.append(
-                {"e": float(e), "measured": v[2] / v[1], "expected": closed_form(law, float(e))}
+                {"e": float(e), "measured": v[2] / v[1], "expected": frozen(law, float(e)).ratio}
             )
-        threshold = closed_form(law, 1.0, "restitution_threshold")
+        threshold = frozen(law, 0.75).threshold or 1.0
         numbers["laws"][law] = {"threshold": threshold, "ratios": rows}
     times, v, run = speeds("energetic", 0.75, 0.2)
     (chatter,) = run.reverse_chatter
@@ -97,8 +89,8 @@ def figure(data: dict[str, Any]) -> Figure:
         for law, color, dash in zip(LAWS, PALETTE, DASHES, strict=False):
             rows = data["laws"][law]["ratios"]
             e = np.linspace(0.2, 1.0, 41)
-            closed = [closed_form(law, float(x)) for x in e]
-            right.plot(e, closed, color=color, linestyle=dash, label=NAMES[law])
+            expected = [frozen(law, float(x)).ratio for x in e]
+            right.plot(e, expected, color=color, linestyle=dash, label=NAMES[law])
             measured = [r["measured"] for r in rows]
             right.plot([r["e"] for r in rows], measured, "o", color=color, markersize=3)
         right.axhline(1, color=REFERENCE, linewidth=0.6)

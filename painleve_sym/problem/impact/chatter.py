@@ -80,7 +80,7 @@ def chatter(
 
     References
     ----------
-    `painleve_sym.laws.chatter.ChatterRatio`, which has the closed forms.
+    Nordmark, Dankowicz & Champneys (2011); docs/derivations/reverse_chatter.md has closed forms.
     """
     if problem.b_n >= 0 or problem.bilateral[0]:
         return None
