@@ -15,9 +15,12 @@ from painleve_sym.version import __version__ as __version__
 
 _UPPER = {
     "animate": ("present.animation", "animated"),
+    "casadi_equations": ("codegen.mode_equations", "casadi_equations"),
     "explore": ("explorer.page", "explore_motion"),
     "html": ("present.notebook", "html"),
+    "lambdified_equations": ("codegen.mode_equations", "lambdified_equations"),
     "plot": ("present.figure_of_trajectory", "trajectory_figure"),
+    "quantity_function": ("at.casadi_functions", "quantity_function"),
     "sensitivities": ("motion.sensitivity.variational", "differentiated"),
 }
 """Functions to which methods of lower stages hand their work; see `hooks`."""

@@ -294,6 +294,26 @@ class Delassus:
         return ContactNumbers(*own), parts[count:]
 
     @property
+    def array_names(self) -> tuple[str, ...]:
+        """Names of `arrays`."""
+        return (*_OF_CONTACT, "W", "b")
+
+    def arrays(self, values: Mapping[str, ca.SX]) -> dict[str, ca.SX]:
+        """Return the arrays of `ContactNumbers` but mu and margins, as CasADi formulas.
+
+        The values are those of all arguments. An array of one axis is a column.
+        """
+        import casadi as ca
+
+        function, arrays, end = self.contact_quantities, dict[str, ca.SX](), 0
+        entries = function.function(ca.vertcat(*(values[name] for name in function.arguments)))
+        for name, shape in zip(self.array_names, self._contact_shapes, strict=False):
+            rows, columns = (*shape, 1)[:2]
+            first, end = end, end + rows * columns
+            arrays[name] = ca.reshape(entries[first:end], columns, rows).T
+        return arrays
+
+    @property
     def _contact_shapes(self) -> list[tuple[int, ...]]:
         outline, tangents = self.dynamics.outline, self.dynamics.n_tangents
         n = len(outline.contacts)

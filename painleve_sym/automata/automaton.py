@@ -14,6 +14,7 @@ from sympy.logic.boolalg import Boolean
 from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind, StopReason, refuse_faulty, repeated, unknown_name
 from painleve_sym.escape import c_name, dot_string, mermaid_string
+from painleve_sym.hooks import upper
 
 
 def positive(expr: sp.Expr) -> Boolean:
@@ -121,6 +122,11 @@ class Transition:
     on_accumulation: Accumulation | None = None
     chooses: bool = False
     strikes: bool = False
+
+    def __repr__(self) -> str:
+        """Return the label and the modes that may be entered in one line."""
+        targets = dict.fromkeys(target for _, target in self.edges)
+        return f"Transition {self.label!r} to {', '.join(targets) or 'the end of the run'}"
 
     @property
     def immediate(self) -> bool:
@@ -336,6 +342,10 @@ class Mode:
     outputs: Mapping[str, sp.Expr] = dataclasses.field(default_factory=dict)
     tests: tuple[Test, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return the name and the labels of the transitions in one line."""
+        return f"Mode {self.name!r}: transitions {', '.join(t.label for t in self.transitions)}"
+
 
 @dataclass(frozen=True, eq=False)
 class HybridAutomaton(Compared):
@@ -397,6 +407,19 @@ class HybridAutomaton(Compared):
 
     def __post_init__(self) -> None:
         refuse_faulty(f"automaton {self.name!r}", self._faults())
+
+    def __repr__(self) -> str:
+        """Return the name and the sizes in one line; the formulas may be long."""
+        sizes = f"{len(self.states)} states, {len(self.memory)} of memory, {len(self.modes)} modes"
+        return f"HybridAutomaton {self.name!r}: {sizes}"
+
+    def casadi(self, mode: str) -> Any:
+        """Return the equations of a mode as CasADi functions; see `Simulator.casadi`."""
+        return upper("casadi_equations")(self, mode)
+
+    def lambdify(self, mode: str, modules: str = "numpy") -> Any:
+        """Return the equations of a mode as Python functions; see `Simulator.lambdify`."""
+        return upper("lambdified_equations")(self, mode, modules)
 
     def _faults(self) -> Iterator[str]:
         names = [m.name for m in self.modes]

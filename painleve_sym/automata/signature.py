@@ -69,6 +69,10 @@ class Outline:
     output_names: tuple[str, ...]
     parts: tuple[PartOutline, ...]
 
+    def __repr__(self) -> str:
+        """Return the name and the modes in one line."""
+        return f"Outline of {self.name!r}: modes {', '.join(mode.name for mode in self.modes)}"
+
     @classmethod
     def of(cls, automaton: HybridAutomaton) -> Outline:
         """Return the outline of an automaton."""

@@ -161,3 +161,20 @@ class Translator:
             # Exactly 0 where the base is: the residue of a floor would decide the signs of guards.
             return ca.if_else(self(base.args[0]) > self._floor, power, 0)
         return power
+
+
+def python_function(
+    arguments: Sequence[Sequence[sp.Symbol]],
+    values: Any,
+    abbreviations: Sequence[tuple[sp.Symbol, sp.Expr]],
+    library: str,
+) -> Callable[..., Any]:
+    """Return expressions, lists of them or of lists, as a function that SymPy writes.
+
+    Each argument is a sequence; abbreviations are computed in their order before the values.
+    """
+    known = list(abbreviations)
+    function: Callable[..., Any] = sp.lambdify(
+        arguments, values, str(library), cse=lambda expressions: (known, expressions)
+    )
+    return function

@@ -266,6 +266,10 @@ class AutomatonFunctions:
     def _rates_of(self, field: Mapping[Any, Any], translate: Translator) -> ca.SX:
         return translate.vector([field.get(s, 0) for s in self.automaton.states])
 
+    def of_mode(self, name: str) -> ModeFunctions:
+        """Return the functions of the mode of that name."""
+        return self._mode(self.mode_index[name], self.automaton.mode(name))
+
     def _mode(self, i: int, mode: Mode) -> ModeFunctions:
         rates = self._field(mode)
         guards = [self._translate(t.guard) for t in mode.transitions if t.guard is not None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import sympy as sp
 
@@ -37,6 +38,18 @@ class ramp(sp.Function):  # noqa: N801 - a mathematical function, written as Sym
     def fdiff(self, argindex: int = 1) -> sp.Expr:
         """Return the derivative, 1 where the argument is positive (the side that is used)."""
         return sp.Heaviside(self.args[0], 0)
+
+    def _eval_rewrite_as_Max(self, x: sp.Expr, **_hints: Any) -> sp.Expr:
+        """Return the same by SymPy's own function."""
+        return sp.Max(x, 0)
+
+    def _printed(self, printer: Any, *_arguments: Any) -> Any:
+        """Return how a printer of code writes the greatest of two numbers."""
+        return printer._print(sp.Max(self.args[0], 0))
+
+    _pythoncode = _lambdacode = _numpycode = _jaxcode = _mpmathcode = _printed
+    _ccode = _fcode = _javascript = _julia = _octave = _rcode = _rust_code = _printed
+    _cxxcode = _glsl = _mcode = _maple = _printed
 
 
 def without_ramps(expr: sp.Expr) -> sp.Expr:

@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_faulty, repeated, unknown_name
+from painleve_sym.hooks import upper
 from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
     TIME_NAME,
@@ -303,6 +304,44 @@ class Mechanism(Shown, Deferred):
         known = outline.declared if declared is None else declared
         values = known.values(where or repr(self.name), parameters)
         return Place(self, outline.state(f"state of {self.name!r}", state), values, tuple(state))
+
+    def casadi(self, quantity: str) -> Any:
+        """Return a quantity of the mechanism as a CasADi function of its state and parameters.
+
+        Parameters
+        ----------
+        quantity : str
+            Of n contacts with the rows n1, t1, n2, t2, … (in space n1, t1, t1', n2, …): ``W``,
+            shape (rows, rows), 1/kg, and ``b``, shape (rows,), m/s²; of each contact ``gap``,
+            ``gap_rate``, ``slip_velocity``, ``A_stick`` and ``B_stick``, and while it slides ``A``,
+            1/kg, ``B``, m/s², and ``mu_P``, the friction coefficient from which A < 0 for some
+            direction of slip. Of the mechanism ``M``, ``h``, ``T`` and ``V`` in
+            M q̈ = h + Jᵀ F; a robot, which has no formulas, lacks these.
+
+        Returns
+        -------
+        casadi.Function
+            Its inputs are ``state``, in the order of `state_names`, and ``parameters``, in the
+            order of `parameters`.
+
+        Raises
+        ------
+        InputError
+            An unknown quantity.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> rod = ps.models.rod()
+        >>> W = rod.casadi("W")
+        >>> W.name_in(), W.size_out("W")
+        (['state', 'parameters'], (2, 2))
+        >>> place = rod.at({"theta": 1.0, "x_A_dot": -1.0})
+        >>> A = rod.casadi("A")([*place.state.values()], [*place.parameters.values()])
+        >>> round(float(A), 6)
+        -0.033745
+        """
+        return upper("quantity_function")(self, quantity)
 
     @property
     def notices(self) -> tuple[str, ...]:

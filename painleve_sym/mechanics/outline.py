@@ -94,6 +94,12 @@ class MechanismOutline:
     timed: bool
     periods: tuple[PeriodOutline, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return the names in one line."""
+        groups = (self.coordinates, self.parameters, self.contacts)
+        c, p, contacts = (", ".join(own.name for own in group) for group in groups)
+        return f"MechanismOutline: coordinates {c}; parameters {p}; contacts {contacts}"
+
     @cached_property
     def held(self) -> tuple[bool, ...]:
         """Whether each contact holds from both sides."""

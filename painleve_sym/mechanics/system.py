@@ -208,6 +208,11 @@ class LagrangianSystem(Compared):
     def __post_init__(self) -> None:
         refuse_faulty(f"mechanism {self.name!r}", self._faults())
 
+    def __repr__(self) -> str:
+        """Return the names of coordinates and parameters in one line."""
+        q, p = (", ".join(d.name for d in group) for group in (self.coordinates, self.parameters))
+        return f"LagrangianSystem {self.name!r}: coordinates {q}; parameters {p}"
+
     @classmethod
     def of_bodies(
         cls,

@@ -13,6 +13,11 @@ from painleve_sym.arrays import Array
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import closed_place
 from painleve_sym.checks import by_name, names_of
+from painleve_sym.codegen.mode_equations import (
+    ModeEquations,
+    casadi_equations,
+    lambdified_equations,
+)
 from painleve_sym.engines.protocol import RawRun, RunOptions, RunSettings
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, received, refuse_unknown, unknown_name
@@ -88,6 +93,67 @@ class Simulator(Compared, MechanismWithLaws):
     def __repr__(self) -> str:
         """Return mechanism, laws and engine in one line."""
         return f"Simulator of {self.where}, engine {self.engine}"
+
+    def casadi(self, mode: str) -> ModeEquations:
+        """Return the equations of a mode as CasADi functions of states, memory and parameters.
+
+        They are those that `run` integrates, for other integrators, optimal control, derivatives.
+
+        Parameters
+        ----------
+        mode : str
+            One of `automaton.modes`; events and segments of a run name those that it was in.
+
+        Returns
+        -------
+        ModeEquations
+            Field, guards, resets, choices and outputs.
+
+        Raises
+        ------
+        InputError
+            An unknown mode.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> simulator = ps.Simulator("rod", "rigid")
+        >>> slip = simulator.casadi("slip_neg")
+        >>> slip.guard_labels
+        ('slip_stop', 'liftoff', 'singular', 'domain_0', 'domain_1')
+        """
+        return casadi_equations(self.automaton, mode)
+
+    def lambdify(self, mode: str, modules: str = "numpy") -> ModeEquations:
+        """Return the equations of a mode as Python functions that SymPy writes.
+
+        Parameters
+        ----------
+        mode : str
+            As for `casadi`.
+        modules : {"numpy", "math", "jax", "mpmath"}
+            Library whose functions they call.
+
+        Returns
+        -------
+        ModeEquations
+            With Python functions of three sequences.
+
+        Raises
+        ------
+        InputError
+            An unknown mode or library; several contacts, whose forces solve linear systems.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> simulator = ps.Simulator("rod", "bilinear-hertz")
+        >>> flight = simulator.lambdify("flight", "math")
+        >>> start = simulator.begin({"theta": 1.0, "y_A": 0.1})
+        >>> float(flight.field(start.state, [0.0], start.parameters)[4])
+        -9.8
+        """
+        return lambdified_equations(self.automaton, mode, modules)
 
     def given(
         self,

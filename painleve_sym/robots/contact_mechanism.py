@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from painleve_sym.at.delassus import (
     MotionNumbers,
     NumericalMechanism,
 )
+from painleve_sym.at.sticking import sticking_formulas
 from painleve_sym.checks import by_name
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
@@ -24,6 +25,9 @@ from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
 from painleve_sym.problem.risk import held, holding
 from painleve_sym.robots.dynamics import BASE, RobotDynamics
 from painleve_sym.units import Value
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 CAVEATS = (
     "The torques of joints are taken as given, whatever the contact does: ideal torque control.",
@@ -71,6 +75,19 @@ class FirstContact(Delassus):
         """Return the same as `whole_at` at an array of states."""
         numbers, moves = super().whole_at_each({**self.fixed, **values})
         return self._first(numbers), self._moved(numbers, moves)
+
+    def arrays(self, values: Mapping[str, ca.SX]) -> dict[str, ca.SX]:
+        """Return the arrays of the contact as CasADi formulas."""
+        import casadi as ca
+
+        arrays = super().arrays({**{n: ca.SX(v) for n, v in self.fixed.items()}, **values})
+        W, b = arrays["W"], arrays["b"]
+        first = {name: value[0, :] for name, value in arrays.items()}
+        if self.stuck and W.rows() > 3:
+            gain = ca.solve(W[3:, 3:], ca.horzcat(W[3:, :3], b[3:])).T
+            W, b = W[:3, :3] - gain[:3, :] @ W[3:, :3], b[:3] - W[:3, 3:] @ gain[3, :].T
+            first["A_stick"], first["B_stick"] = sticking_formulas(W, b)
+        return first | {"W": W[:3, :3], "b": b[:3]}
 
     def stuck_velocities(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return the speed of each contact that is stuck, which must be 0, by its frame; m/s."""
