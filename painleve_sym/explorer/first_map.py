@@ -12,7 +12,7 @@ from painleve_sym.at.delassus import Delassus
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.study.maps.case_codes import LEGEND
+from painleve_sym.problem.case_codes import LEGEND
 from painleve_sym.study.maps.region_map import region_map
 
 POINTS = 41

@@ -29,8 +29,8 @@ from painleve_sym.present.style import (
     styled,
     value_text,
 )
+from painleve_sym.problem.case_codes import LEGEND
 from painleve_sym.quantities import axis_label, symbol_latex
-from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.region_map import RegionMap
 
 # Tints of Okabe & Ito's colours, each of another lightness: distinct in grey too.

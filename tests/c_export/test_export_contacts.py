@@ -14,9 +14,9 @@ import pytest
 from painleve_sym.at.cases import contact_problem
 from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.export import export_scenario
+from painleve_sym.problem.case_codes import LEGEND, case_codes
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.solution import ContactCase
-from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.scenario import Scenario
 from tests.problem import problems
 from tests.support.exports import address, library

@@ -19,7 +19,7 @@ from painleve_sym.errors import CompilerMissing
 from painleve_sym.explorer.prebuilt import STORED, default_law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.study.maps.case_codes import LEGEND
+from painleve_sym.problem.case_codes import LEGEND
 
 WEB = Path(str(resources.files("painleve_sym.explorer").joinpath("web")))
 NODE = shutil.which("node")

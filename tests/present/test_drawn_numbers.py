@@ -19,10 +19,10 @@ from painleve_sym.present.figure_of_risk_trajectory import risk_trajectory_figur
 from painleve_sym.present.film import FilmPicture, _Arrows
 from painleve_sym.present.risk_page import risk_page
 from painleve_sym.present.style import NORMAL, PALETTE, STYLE, event_label
+from painleve_sym.problem.case_codes import LEGEND
 from painleve_sym.robots.contact_risk import LeastRisk
 from painleve_sym.robots.report import RiskReport
 from painleve_sym.robots.trajectory import RiskTrajectory
-from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.region_map import RegionMap
 from tests.present.reading import assert_upright, drawn_values, legend_names, size_of
 

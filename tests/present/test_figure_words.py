@@ -30,9 +30,9 @@ from painleve_sym.present.style import (
     text_width,
     value_text,
 )
+from painleve_sym.problem.case_codes import LEGEND
 from painleve_sym.study.comparisons.comparison import compare
 from painleve_sym.study.critical.outcome_map import OutcomeMap
-from painleve_sym.study.maps.case_codes import LEGEND
 from tests.present.reading import assert_texts_apart, assert_texts_legible, legend_names, painted
 
 ROD = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}

@@ -14,12 +14,9 @@ from scipy.optimize import brentq
 
 import painleve_sym as ps
 from painleve_sym.at.cases import classify, contact_problem
-from painleve_sym.at.delassus import Delassus
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.declarations import DomainBound
-from painleve_sym.problem.contact_problem import ContactProblem
-from painleve_sym.problem.modes import ContactMode
 from painleve_sym.study.maps.region_map import LEGEND, RegionMap, region_map
 from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
 
@@ -97,28 +94,6 @@ def test_map_sticking_equals_classify_at_rest(rod, rod_map):
         assert bool(rod_map.stick_feasible[i, j]) == ("stick" in modes)
         seen.add("stick" in modes)
     assert seen == {True, False}
-
-
-@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
-@pytest.mark.parametrize(
-    ("name", "over"),
-    [
-        ("pr-robot", ("theta", "mu")),
-        ("slider-3d", ("psi", "mu")),
-        ("two-link-arm-3d", ("psi", "mu")),
-    ],
-)
-def test_sticking_is_that_of_the_contact_problem(name, over):
-    mechanism = model(name)
-    regions = region_map(mechanism, over, points=6, ranges={"mu": (0.0, 2.0)})
-    for i, j in np.ndindex(regions.case.shape):
-        state, parameters = at_point(regions, i, j, *mechanism.outline.velocity_names[:1], 0.0)
-        at = Delassus.of(mechanism).at({**state, **parameters})
-        bilateral = [mechanism.outline.contacts[0].bilateral]
-        still = ContactProblem(at.W, at.b, at.mu, np.zeros(len(at.b) - 1), bilateral)
-        sticks = any(s.mode is ContactMode.STICK for s in still.solutions())
-        regular = at.A_stick[0] > 1e-12 * at.W[0, 0]
-        assert regions.stick_feasible[i, j] == (sticks and regular)
 
 
 @pytest.mark.parametrize(("mu", "g", "l"), [(1.4, 9.8, 1.0), (1.7, 9.8, 0.7), (1.3334, 3.0, 1.0)])

@@ -14,29 +14,25 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.at.closing import unknowns
-from painleve_sym.at.delassus import ContactNumbers, Delassus, argument_symbols
+from painleve_sym.at.delassus import Delassus, argument_symbols
 from painleve_sym.codegen.evaluate import at_arrays
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.problem.law import ZERO
+from painleve_sym.problem.case_codes import LEGEND, can_stick, case_codes
 from painleve_sym.problem.risk import (
     friction_threshold,
-    holding,
     least_over_normals,
     slip_slope,
 )
 from painleve_sym.study.maps.axes import SLIP_DIRECTION, MapPlace
-from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
 
 if TYPE_CHECKING:
     import casadi as ca
 
 ROD_FAMILY = ("rod", "rod-inertia")
-SINGULAR = 1e-13
-"""Part of W_nn below which A′, the difference of two terms of that size, is their rounding."""
 SIDE_OF_SLIP = "direction of slip times sign of the normal force"
 CURVES = ("A", "B", "A_pull")
 """Of a contact that can open, the first two."""
@@ -86,10 +82,11 @@ class ContactMap:
         along = self._along(np.asarray(grid.get(SLIP_DIRECTION, self.slip)), np.cos, np.sin)
         with np.errstate(all="ignore"):
             A, *pull = (slip_slope(W, mu, along, side) for side in self._sides)
+            sticks = can_stick(W, at.b, mu, (at.A_stick[0], at.B_stick[0]), self._sides)
         case = np.where(inside, case_codes((A, *pull), B), LEGEND["outside"]).astype(np.int8)
         fields = {"A": A, "B": B, "A_stick": at.A_stick[0], "B_stick": at.B_stick[0]}
         grids: Grids = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
-        grids |= {"case": case, "stick_feasible": _sticks(at, inside, self._sides)}
+        grids |= {"case": case, "stick_feasible": inside & sticks}
         grids["A_pull"] = np.where(inside, pull[0], np.nan) if pull else None
         grids["flow"] = self._flow(grid, B, case)
         is_open = (np.abs(at.gap) > at.gap_tolerance) | (np.abs(at.gap_rate) > at.rate_tolerance)
@@ -277,33 +274,8 @@ def _least_critical_friction(mechanism: Mechanism, over: list[str], slip: int) -
     return value if known else sp.Integer(0)
 
 
-def _sticks(
-    at: ContactNumbers, inside: NDArray[np.bool_], sides: tuple[int, ...]
-) -> NDArray[np.bool_]:
-    """Return whether the contact can stick: a normal force it may have holds the slip."""
-    W, b = at.W, at.b
-    with np.errstate(all="ignore"):
-        force = -at.B_stick[0] / at.A_stick[0]
-        size = np.max([side * force for side in sides], axis=0)
-        gain, free = holding(W, b, 1)
-        needed = -(gain[:, 0] * force + free)
-        # What friction within its bounds leaves of the slip's acceleration is no more than rounding
-        # where it holds the slip; it may miss also a direction in which no motion slides it.
-        friction = needed * np.fmin(1.0, at.mu[0] * size / _length(needed))
-        parts = W[1:, 0] * force, np.einsum("ij...,j...->i...", W[1:, 1:], friction), b[1:]
-        holds = _length(np.sum(parts, axis=0)) <= ZERO * sum(map(_length, parts))
-        allowed = (size > 0) | (len(sides) > 1)
-        regular = at.A_stick[0] > SINGULAR * W[0, 0]
-        return np.asarray(inside & holds & allowed & regular)
-
-
 def _least_thresholds(W: Array) -> dict[str, float]:
     """Return the least thresholds of friction of mobilities, shape (3, 3, n); none without end."""
     least = {"mu_P": friction_threshold(W), "least_over_normals": least_over_normals(W)}
     values = {name: float(v.min(initial=np.inf)) for name, v in least.items()}
     return {name: v for name, v in values.items() if np.isfinite(v)}
-
-
-def _length(vectors: Array) -> Array:
-    """Return the lengths of vectors along the tangents, shape (1, n) or (2, n)."""
-    return np.asarray(np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors))

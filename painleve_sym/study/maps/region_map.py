@@ -21,9 +21,9 @@ from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.notebooks import Shown
+from painleve_sym.problem.case_codes import LEGEND
 from painleve_sym.progress import progress
 from painleve_sym.study.maps.axes import MapPlace, checked_slip, map_place, reaching
-from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.contact_map import CURVES, ContactMap
 from painleve_sym.units import Value
 

@@ -30,9 +30,9 @@ from painleve_sym.motion.batch.result import BatchResult, event_dims
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.pressed_start import has_past
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.problem.case_codes import LEGEND, case_codes
 from painleve_sym.problem.risk import slip_slope
 from painleve_sym.quantities import unit_of
-from painleve_sym.study.maps.case_codes import LEGEND, case_codes
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
 
