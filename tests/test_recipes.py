@@ -100,7 +100,7 @@ def test_command_is_a_function_and_one_entry(copy):
 
 LAW = '''
 
-@_offered()
+@_registered()
 def cubic(**parameters: float) -> ContactLaw:
     """Return the spring F_n = k δ³."""
     return _law(

@@ -34,7 +34,8 @@ def contact_problem(
     slip = numbers.slip_velocity
     if len(slip) == 1:
         slip = np.array([state.get("slip_velocity", slip[0])])
-    return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, np.array(mechanism.outline.held))
+    bilateral = np.array(mechanism.outline.bilateral)
+    return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, bilateral)
 
 
 def classify(
@@ -125,8 +126,8 @@ def classified(place: Place, numbers: ContactNumbers, closed: Sequence[int]) -> 
             f"classify {mechanism.name!r}: got a mobility of {largest:g} 1/kg, need at most "
             f"{LARGEST:g}. Fix: check the state and the parameters."
         )
-    held = np.array(mechanism.outline.held)[list(closed)]
-    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, held)
+    bilateral = np.array(mechanism.outline.bilateral)[list(closed)]
+    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, bilateral)
     return classification(place, closed, problem, (A, B))
 
 
@@ -148,7 +149,7 @@ def closed_contacts(where: str, mechanism: Mechanism, numbers: ContactNumbers) -
         name = "the contact" if single else f"contact {contact.name!r}"
         if contact.bilateral:
             subject = "a bilateral contact" if single else f"bilateral {name}"
-            faults += held_faults(subject, (gap, near), (rate, slow))
+            faults += guide_faults(subject, (gap, near), (rate, slow))
             closed.append(i)
         elif gap < -near:
             faults.append(
@@ -179,7 +180,7 @@ def closed_contacts(where: str, mechanism: Mechanism, numbers: ContactNumbers) -
     return closed
 
 
-def held_faults(subject: str, gap: tuple[float, float], rate: tuple[float, float]) -> list[str]:
+def guide_faults(subject: str, gap: tuple[float, float], rate: tuple[float, float]) -> list[str]:
     """Return a sentence where a bilateral contact is off its guide; none where it is on it.
 
     Parameters

@@ -3,7 +3,7 @@
 With the tangential accelerations held at 0 they are the Schur complements A′ = W_nn − wᵀ W_tt⁺ w
 and B′ = b_n − wᵀ W_tt⁺ b_t, w = (W_nt1, …). The pseudoinverse holds nothing in a direction in which
 no motion slides the contact: W_nn and b_n remain where W_tt = 0. For numbers, see
-`problem.risk.held`.
+`problem.risk.schur_complement`.
 """
 
 from __future__ import annotations

@@ -115,8 +115,8 @@ def tangential_impact_at(place: Place) -> TangentialImpact:
         raise InputError(f"{where}: its contact can open. Fix: use evaluate_jump.")
     at = Delassus.of(mechanism).at(place.values)
     closed_contacts(where, mechanism, at)
-    held = np.array(mechanism.outline.held)
-    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, held)
+    bilateral = np.array(mechanism.outline.bilateral)
+    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, bilateral)
     if not problem.slip_direction:
         raise InputError(f"{where}: got v_t = 0, need a slip for an impact to stop.")
     worst = min(problem.A_slip(1), problem.A_slip(1, -1))

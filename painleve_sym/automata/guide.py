@@ -82,16 +82,16 @@ class GuideInterface(Interface):
     def part(self) -> Part:
         """Stick, or slip along v_t, with either sign of F_n."""
         slip = self.row.slip
-        offered = [
+        alternatives = [
             Alternative(is_zero(slip) if s == 0 else not_negative(s * slip), self._held(s, side))
             for s in (0, -1, 1)
             for side in (1, -1)
         ]
         for i, side in enumerate((1, -1)):
             slips = {-1: 2 + i, 1: 4 + i}
-            offered += self._rests(is_zero(slip), self._held(0, side), slips)
+            alternatives += self._rests(is_zero(slip), self._held(0, side), slips)
         return self._part(
-            alternatives=tuple(offered),
+            alternatives=tuple(alternatives),
             rest=(slip,),
             leaving=self.watch.leaving,
             variants=self._rubbing_variants,

@@ -122,10 +122,10 @@ class RigidInterface(Interface):
         touches = self._flight | {self.sticks: _ONE}
         still = sp.And(together, is_zero(row.slip))
         rests = Alternative(together, touches, open=True, rest_of=0)
-        offered = (open_, *closed, rests, *self._rests(still, self._closed(0), {-1: 2, 1: 3}))
+        alternatives = (open_, *closed, rests, *self._rests(still, self._closed(0), {-1: 2, 1: 3}))
         variants = self._flight, *(rubs | {self.closed: _ONE} for rubs in self._rubbing_variants)
         rest, leaving = (row.slip,), self.watch.leaving
-        return self._part(alternatives=offered, rest=rest, leaving=leaving, variants=variants)
+        return self._part(alternatives=alternatives, rest=rest, leaving=leaving, variants=variants)
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, touchdown and lift-off."""

@@ -12,7 +12,7 @@ from painleve_sym.cli.robot_options import read_robot_options
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
 from painleve_sym.errors import InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
+from painleve_sym.laws.catalogue import Law, LawsByContact, all_choices, law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import NAMED
 from painleve_sym.study.scenario import MAX_FILE, Scenario
@@ -88,10 +88,10 @@ def read_law_settings(
         raise InputError("--law-set: no law to set. Fix: name one with --law.")
     pairs = read_assignments("--law-set", texts)
     # A rigid law has no friction law, and says so.
-    offered = {*offered_choices(law(name)), "friction"}
-    choices = {k: v for k, v in pairs.items() if k in offered}
+    known_choices = {*all_choices(law(name)), "friction"}
+    choices = {k: v for k, v in pairs.items() if k in known_choices}
     chosen = law(name, **choices)
-    known = [*(p.name for p in chosen.parameters), *offered_choices(chosen)]
+    known = [*(p.name for p in chosen.parameters), *all_choices(chosen)]
     for key in pairs:
         if key not in known and key in of_mechanism:
             raise InputError(

@@ -15,7 +15,7 @@ from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import finite, plain_fields, to_plain
-from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, offered_choices, one_law
+from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, all_choices, one_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -217,7 +217,7 @@ def _show_law(one: ContactLaw | RigidLaw) -> None:
     show(f"{one.name}: {one.title}")
     _show_parameters(one.parameters)
     explained = meanings()
-    for name, default in offered_choices(one).items():
+    for name, default in all_choices(one).items():
         values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
         meaning = explained.get(name, "").partition(":")[0]
         show(f"  {name}{f' ({meaning})' if meaning else ''}: {values}")
@@ -267,7 +267,7 @@ def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
         "parameters": [parameter_data(p) for p in one.parameters],
         "choices": {
             name: {"default": default, "values": CHOICES[name], "notes": _notes(name)}
-            for name, default in offered_choices(one).items()
+            for name, default in all_choices(one).items()
         },
         "branches": [b.name for b in one.branches],
     }

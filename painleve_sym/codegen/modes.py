@@ -132,10 +132,10 @@ class AutomatonFunctions:
         """
         if not self.automaton.parts:
             return None
-        offered = [a for part in self.automaton.parts for a in part.alternatives]
+        alternatives = [a for part in self.automaton.parts for a in part.alternatives]
         memory, vector = self.automaton.memory, self._translate.vector
-        conditions = vector([a.condition for a in offered])
-        columns = [vector([a.memory.get(s, s) for s in memory]) for a in offered]
+        conditions = vector([a.condition for a in alternatives])
+        columns = [vector([a.memory.get(s, s) for s in memory]) for a in alternatives]
         return self._function("alternatives", [conditions, ca.horzcat(*columns)])
 
     @cached_property

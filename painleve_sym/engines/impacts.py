@@ -93,7 +93,7 @@ class PathReader:
         elif kind == STEP:
             self._steps.append(read(self._step, address))
 
-    def path(self, held: BoolArray, law: RestitutionLaw, e: float) -> PathRecord:
+    def path(self, bilateral: BoolArray, law: RestitutionLaw, e: float) -> PathRecord:
         """Return the last path."""
         begun = self._begun
         n = int(begun["n"])
@@ -103,7 +103,7 @@ class PathReader:
             mu=begun["mu"][:n],
             velocity=begun["v"][:size],
             border=begun["border"][:n],
-            held=held,
+            bilateral=bilateral,
             law=law,
             e=e,
             mass=int(begun["mass"]),

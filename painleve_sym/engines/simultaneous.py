@@ -126,11 +126,11 @@ class AtOnce(NamedTuple):
     rows: tuple[int, ...]
     columns: Array
 
-    def is_alone(self, W: Array, mu: Array, held: BoolArray) -> bool:
+    def is_alone(self, W: Array, mu: Array, bilateral: BoolArray) -> bool:
         """Return whether no other impulses of the law were possible."""
         aim = self.velocities.copy()
         aim[ContactRows(len(mu)).normals] *= 1 + (self.e or 0.0)
-        problem = ContactProblem(W, aim, mu, np.zeros(len(mu)), held)
+        problem = ContactProblem(W, aim, mu, np.zeros(len(mu)), bilateral)
         solutions = problem.solutions()
         if self.e is None:  # a stop has to change the velocities
             least = EQUAL * float(np.max(np.abs(aim)))
@@ -144,15 +144,15 @@ class PathRecord(NamedTuple):
     """Course of an impact, in numbers of order 1.
 
     2**mass of W are 1 kg⁻¹, and 2**speed of the velocity at its start are 1 m/s. Shapes are
-    (2 n, 2 n), (2 n,), and (n,) of `mu`, `border` (v_n without restitution to give) and `held`. The
-    steps are in order.
+    (2 n, 2 n), (2 n,), and (n,) of `mu`, `bilateral` and `border` (v_n without restitution to
+    give). The steps are in order.
     """
 
     W: Array
     mu: Array
     velocity: Array
     border: Array
-    held: BoolArray
+    bilateral: BoolArray
     law: RestitutionLaw
     e: float
     mass: int
@@ -215,9 +215,9 @@ class SimultaneousImpact(Compared):
         the motions count, not the forces that rigidity leaves open.
         """
         path = self.path
+        given = path.W, path.mu, path.bilateral
         return all(
-            step.is_alone(path.W, path.mu, path.held) if isinstance(step, AtOnce) else step.alone
-            for step in path.steps
+            step.is_alone(*given) if isinstance(step, AtOnce) else step.alone for step in path.steps
         )
 
     @property

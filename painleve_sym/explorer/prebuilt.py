@@ -23,7 +23,7 @@ _DATA = resources.files(__package__).joinpath("data")
 
 def default_law(mechanism: Mechanism) -> Law:
     """Return the law of a page where none is named: bilinear Hertz; rigid where a guide holds."""
-    if any(mechanism.outline.held):
+    if any(mechanism.outline.bilateral):
         return RigidLaw()
     return compliant_law("bilinear-hertz")
 

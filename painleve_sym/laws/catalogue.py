@@ -97,7 +97,7 @@ def each_law(given: Law | Mapping[str, Law]) -> tuple[Law, ...]:
     return tuple(given.values()) if isinstance(given, Mapping) else (given,)
 
 
-def offered_choices(given: Law | LawsByContact) -> dict[str, str]:
+def all_choices(given: Law | LawsByContact) -> dict[str, str]:
     """Return every named choice of a law and its value, also Coulomb's friction."""
     yields = any(own.is_compliant for own in each_law(given))
     return {**({"friction": str(Friction.COULOMB)} if yields else {}), **given.choices}
@@ -144,7 +144,7 @@ def parameter_names() -> frozenset[str]:
     names = set[str]()
     for name in LAWS:
         plain = law(name)
-        own = [plain, *(law(name, **{k: v}) for k in offered_choices(plain) for v in CHOICES[k])]
+        own = [plain, *(law(name, **{k: v}) for k in all_choices(plain) for v in CHOICES[k])]
         names |= {p.name for one in own for p in one.parameters}
     return frozenset(names)
 
@@ -190,7 +190,7 @@ def _laws_by_contact(text: str, choices: Mapping[str, str]) -> LawsByContact:
                 f"contact law {text!r}: got {part!r}, need a law for each contact, once, such as "
                 "A=hertz,B=rigid."
             )
-        own = offered_choices(one_law(name))
+        own = all_choices(one_law(name))
         known |= set(own)
         laws[contact] = one_law(name, **{k: v for k, v in choices.items() if k in own})
     _check_choices(text, choices, sorted(known))

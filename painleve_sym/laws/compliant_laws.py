@@ -41,7 +41,7 @@ COMPLIANT_LAWS: dict[str, NamedLaw] = {}
 """Laws of contacts that yield, by name."""
 
 
-def _offered(
+def _registered(
     choices: tuple[str, ...] = (), variants: Mapping[str, Mapping[str, Any]] | None = None
 ) -> Callable[[_Make], _Make]:
     """Return a decorator that enters a law, under the name of its function, and its variants.
@@ -118,7 +118,7 @@ def _elastic(body: int, whose: str) -> tuple[Parameter, Parameter]:
     return modulus, ratio
 
 
-@_offered(choices=("reload",), variants={"bilinear-hertz-two-bodies": {"bodies": 2}})
+@_registered(choices=("reload",), variants={"bilinear-hertz-two-bodies": {"bodies": 2}})
 def bilinear_hertz(
     *, reload: ReloadLike = Reload.ELASTIC, bodies: int = 1, **parameters: Value
 ) -> ContactLaw:
@@ -280,7 +280,7 @@ def _viscoelastic(
     )
 
 
-@_offered()
+@_registered()
 def hertz(*, bodies: int = 1, **parameters: Value) -> ContactLaw:
     """Return Hertz's elastic law F_n = K_e δⁿ (n = 3/2 by default), which dissipates nothing.
 
@@ -317,7 +317,7 @@ def _hertz(known: Mapping[str, Any]) -> ContactLaw:
     return _viscoelastic(known, {K_E: stiffness(body, n, l_0)}, n.symbol, sp.Integer(0), ())
 
 
-@_offered()
+@_registered()
 def linear(**parameters: Value) -> ContactLaw:
     """Return the spring and dashpot F_n = k δ + c δ̇, released where the force would pull.
 
@@ -358,7 +358,7 @@ def _linear(known: Mapping[str, Any]) -> ContactLaw:
     return _viscoelastic(known, {K_E: k.symbol}, sp.Integer(1), damping, (release,))
 
 
-@_offered()
+@_registered()
 def hunt_crossley(*, bodies: int = 1, **parameters: Value) -> ContactLaw:
     """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression.
 

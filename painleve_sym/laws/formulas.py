@@ -70,8 +70,8 @@ def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
 
 
 def _closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
-    rows, (held, *others) = mechanism.outline.rows, mechanism.outline.held
-    jumps = not (held or others or rows.n_tangents > 1)
+    rows, (bilateral, *others) = mechanism.outline.rows, mechanism.outline.bilateral
+    jumps = not (bilateral or others or rows.n_tangents > 1)
     return (*motion_sections(mechanism), *(_jump(mechanism) if jumps else ()))
 
 

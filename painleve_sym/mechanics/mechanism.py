@@ -385,7 +385,7 @@ class Mechanism(Shown, Deferred):
     @cached_property
     def locked(self) -> bool:
         """Whether its only contact is bilateral and, with W of rank one, holds the slip as well."""
-        return self.outline.held == (True,) and self.coefficients.A_stick == 0
+        return self.outline.bilateral == (True,) and self.coefficients.A_stick == 0
 
     @cached_property
     def definition(self) -> str:

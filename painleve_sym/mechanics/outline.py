@@ -101,7 +101,7 @@ class MechanismOutline:
         return f"MechanismOutline: coordinates {c}; parameters {p}; contacts {contacts}"
 
     @cached_property
-    def held(self) -> tuple[bool, ...]:
+    def bilateral(self) -> tuple[bool, ...]:
         """Whether each contact holds from both sides."""
         return tuple(c.bilateral for c in self.contacts)
 

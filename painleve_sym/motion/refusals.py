@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import NoReturn
 
-from painleve_sym.at.cases import held_faults
+from painleve_sym.at.cases import guide_faults
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import inside
 from painleve_sym.checks import number
@@ -93,7 +93,7 @@ def _refuse_contact(
         at = Delassus.of(simulator.mechanism).at(values)
         subject = f"the bilateral {name}" if several else "a bilateral contact"
         within = (gap, at.gap_tolerance[i]), (rate, at.rate_tolerance[i])
-        for fault in held_faults(subject, *within):
+        for fault in guide_faults(subject, *within):
             raise InputError(f"{simulator.where}: {fault}")
     elif gap < 0:
         subject = f"{name} starts" if several else "the start is"
@@ -112,7 +112,7 @@ def end_detail(simulator: MechanismWithLaws, raw: RawRun) -> str:
         mode = simulator.outline.modes[raw.mode]
         bound = mode.transitions[raw.stop_transition].bound
         return outline.domain[bound].meaning if bound is not None else ""
-    if all(outline.held) and raw.stop_reason is StopReason.SINGULAR:
+    if all(outline.bilateral) and raw.stop_reason is StopReason.SINGULAR:
         return _GUIDE_MEETS
     if simulator.contact.several and raw.stop_reason is StopReason.JAM:
         return _JAM

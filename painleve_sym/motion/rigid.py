@@ -67,8 +67,8 @@ def _of_several(
         return ()
     mechanism = simulator.mechanism
     at = Delassus.of(mechanism).at({**state, **values}).of_contacts(closed)
-    held = np.array(mechanism.outline.held)[closed]
-    problem = ContactProblem(at.W, at.b, at.mu, slips[closed], held)
+    bilateral = np.array(mechanism.outline.bilateral)[closed]
+    problem = ContactProblem(at.W, at.b, at.mu, slips[closed], bilateral)
     solutions = problem.solutions()
     if len(solutions) < 2:
         return ()

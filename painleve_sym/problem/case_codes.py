@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.problem.law import ZERO
-from painleve_sym.problem.risk import holding
+from painleve_sym.problem.risk import holding_forces
 from painleve_sym.problem.solution import ContactCase
 
 Codes = NDArray[np.int_]
@@ -67,7 +67,7 @@ def can_stick(
     """
     force = -line[1] / line[0]
     size = np.max([side * force for side in sides], axis=0)
-    gain, free = holding(W, b, 1)
+    gain, free = holding_forces(W, b, 1)
     needed = -(gain[:, 0] * force + free)
     # What friction within its bounds leaves of the slip's acceleration is no more than rounding
     # where it holds the slip; it may miss also a direction in which no motion slides it.

@@ -23,8 +23,8 @@ from painleve_sym.files import finite
 from painleve_sym.problem.friction_set import unit_vector
 from painleve_sym.problem.risk import (
     friction_threshold,
-    held,
     least_over_normals,
+    schur_complement,
     sector_half_angle,
     slip_slope,
 )
@@ -117,7 +117,7 @@ class NormalCoefficients(NamedTuple):
         W_nn, w = W[0, 0], W[0, 1:]
         ways = map(unit_vector, (slip, b[1:].tolist(), w.tolist()))
         e = next(filter(None, ways), (0.0,) * len(w))
-        A_stick, B_stick = held(W, b, 1)
+        A_stick, B_stick = schur_complement(W, b, 1)
         return cls(
             tuple(v + 0.0 for v in e),  # no -0.0
             A=float(slip_slope(W, mu, e)),

@@ -101,11 +101,10 @@ def least_over_normals(W: Array) -> Array:
         return np.asarray(2 * np.sqrt(low) * np.sqrt(high) / (high - low))
 
 
-def held(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
-    """Return mobility and free accelerations of the first rows where the others are held.
+def schur_complement(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
+    """Return mobility and free accelerations of the first rows where the others do not accelerate.
 
-    The accelerations of the others are held at 0: Schur complements. Directions in which they
-    cannot move hold nothing.
+    Of a singular block of the others the pseudoinverse is taken: what cannot move holds nothing.
 
     Parameters
     ----------
@@ -119,19 +118,19 @@ def held(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
     -------
     tuple of ndarray, shapes (rows, rows, ...) and (rows, ...)
     """
-    gain, force = holding(W, b, rows)
+    gain, force = holding_forces(W, b, rows)
     cross = W[:rows, rows:]
     own = W[:rows, :rows] - np.einsum("ir...,rk...->ik...", cross, gain)
     return own, b[:rows] - np.einsum("ir...,r...->i...", cross, force)
 
 
-def holding(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
+def holding_forces(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
     """Return the forces that hold all but the first rows, with the opposite sign.
 
     Parameters
     ----------
     W, b, rows
-        See `held`.
+        See `schur_complement`.
 
     Returns
     -------

@@ -22,7 +22,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.mechanics.outline import ContactOutline, MechanismOutline
-from painleve_sym.problem.risk import held, holding
+from painleve_sym.problem.risk import holding_forces, schur_complement
 from painleve_sym.robots.dynamics import BASE, RobotDynamics
 from painleve_sym.units import Value
 
@@ -105,15 +105,15 @@ class FirstContact(Delassus):
         slip = np.linalg.norm(alone["slip_velocity"], axis=1)
         alone["rate_tolerance"] = _AT_REST * np.maximum(1.0, slip)
         if self.stuck:
-            W, b = held(numbers.W, numbers.b)
-            A, B = held(W, b, 1)
+            W, b = schur_complement(numbers.W, numbers.b)
+            A, B = schur_complement(W, b, 1)
             alone |= {"A_stick": A[0], "B_stick": B}
         return ContactNumbers(**{**numbers._asdict(), **alone, "W": W, "b": b})
 
     def _moved(self, numbers: ContactNumbers, moves: MotionNumbers) -> MotionNumbers:
         D, free = moves.D[:, :3], moves.free
         if self.stuck and len(numbers.mu) > 1:
-            gain, force = holding(numbers.W, numbers.b)
+            gain, force = holding_forces(numbers.W, numbers.b)
             D = D - np.einsum("qr...,rk...->qk...", moves.D[:, 3:], gain)
             free = free - np.einsum("qr...,r...->q...", moves.D[:, 3:], force)
         speeds = moves.drive_speeds[:3]

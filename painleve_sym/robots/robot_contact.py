@@ -38,7 +38,7 @@ from painleve_sym.problem.coefficients import Sector
 from painleve_sym.problem.friction_set import unit_vector
 from painleve_sym.problem.impact.one_contact import Impact, solve_impact
 from painleve_sym.problem.impact.within_plane import in_plane, is_regular, moving_tangent
-from painleve_sym.problem.risk import friction_threshold, held, least_over_normals
+from painleve_sym.problem.risk import friction_threshold, least_over_normals, schur_complement
 from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
 from painleve_sym.robots.contact_subject import ContactSubject
@@ -149,7 +149,7 @@ class RobotContact:
         """Return W and b of the contact in question."""
         if not self.stuck:
             return numbers.W[:3, :3], numbers.b[:3]
-        return held(numbers.W, numbers.b)
+        return schur_complement(numbers.W, numbers.b)
 
     @cached_property
     def mechanism(self) -> RobotMechanism:

@@ -23,7 +23,7 @@ from painleve_sym.codegen.named_mechanisms import is_robot_file, model
 from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.laws.catalogue import LAWS, Law, LawsByContact, law, offered_choices
+from painleve_sym.laws.catalogue import LAWS, Law, LawsByContact, all_choices, law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FRICTION_NOTICES
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
@@ -246,7 +246,7 @@ class Scenario(CaseSettings):
     @property
     def contact_notices(self) -> tuple[str, ...]:
         """Sentences on the rigid contact problem: friction law, modes of bodies, lost digits."""
-        kind = offered_choices(self.contact_law()).get("friction") if self.law else None
+        kind = all_choices(self.contact_law()).get("friction") if self.law else None
         of_friction = FRICTION_NOTICES.get(kind or "")
         own = (of_friction,) if of_friction else ()
         return (*own, *self.mechanism().notices, *border_notices(self.place))
@@ -483,14 +483,14 @@ def _read_law(faults: Faults, key: str, value: Any) -> dict[str, Any]:
         raise _wrong(key, value, 'a table [law] with name = "..."')
     of_name = law(value["name"])
     fields: dict[str, Any] = {"law": value["name"], "law_parameters": {}, "law_choices": {}}
-    known = ["name", "parameters", *offered_choices(of_name)]
+    known = ["name", "parameters", *all_choices(of_name)]
     for name, entry in value.items():
         with faults.at(key, name):
             if name == "parameters":
                 fields["law_parameters"] = _read_table(faults, f"{key}.{name}", entry)[
                     f"{key}.{name}"
                 ]
-            elif name in offered_choices(of_name):
+            elif name in all_choices(of_name):
                 fields["law_choices"] |= _read_text(faults, name, entry)
             elif name in {p.name for p in of_name.parameters}:
                 raise InputError(f"{name} is a parameter. Fix: put it in [law.parameters].")

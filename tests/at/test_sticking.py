@@ -14,7 +14,7 @@ import sympy as sp
 import painleve_sym as ps
 from painleve_sym.at.sticking import sticking_expressions, sticking_formulas
 from painleve_sym.problem.contact_problem import ContactProblem
-from painleve_sym.problem.risk import held
+from painleve_sym.problem.risk import schur_complement
 
 ARM = Path(__file__).parents[1] / "robots" / "files" / "turning_arm.urdf"
 
@@ -58,7 +58,7 @@ def test_every_place_gives_the_same_sticking_in_the_plane(W, sticks):
         space[:2, :2], space[2, 2] = W, across
         space, free = turn @ space @ turn.T, turn @ [*b, 0.0]
         assert by_formulas(space, free) == pytest.approx(sticks, abs=1e-14)
-        A, B = held(space, free, 1)
+        A, B = schur_complement(space, free, 1)
         assert (A.item(), B.item()) == pytest.approx(sticks, abs=1e-14)
 
 
@@ -70,7 +70,7 @@ def test_sticking_holds_both_tangents_in_space():
         force = np.linalg.solve(W[1:, 1:], -np.column_stack([W[1:, 0], b[1:]]))
         sticks = W[0, 0] + W[0, 1:] @ force[:, 0], b[0] + W[0, 1:] @ force[:, 1]
         assert by_formulas(W, b) == pytest.approx(sticks, rel=1e-9, abs=1e-12)
-        A, B = held(W, b, 1)
+        A, B = schur_complement(W, b, 1)
         assert (A.item(), B.item()) == pytest.approx(sticks, rel=1e-9, abs=1e-12)
 
 

@@ -17,7 +17,7 @@ from painleve_sym.cli.output import number, print_json, show_table
 from painleve_sym.cli.texts import meanings
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
-from painleve_sym.laws.catalogue import CHOICES, LAWS, law, offered_choices
+from painleve_sym.laws.catalogue import CHOICES, LAWS, all_choices, law
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import wrap_expression
 from painleve_sym.mechanics.materials import materials
@@ -89,7 +89,7 @@ def test_laws_lists_every_law_with_choices_that_work(capsys):
             assert choice["default"] in choice["values"]
             for value in choice["values"]:
                 chosen = law(one["name"], **{name: value})
-                assert offered_choices(chosen)[name] == value
+                assert all_choices(chosen)[name] == value
     with pytest.raises(InputError) as error:
         law("bilinear-hertz", reload="other")
     assert all(value in str(error.value) for value in CHOICES["reload"])

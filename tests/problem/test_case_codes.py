@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.problem.case_codes import LEGEND, can_stick, case_codes
-from painleve_sym.problem.risk import held, slip_slope
+from painleve_sym.problem.risk import schur_complement, slip_slope
 from tests.problem.problems import case_of, planar, spatial, turned
 
 NAMES = {code: name for name, code in LEGEND.items()}
@@ -46,7 +46,7 @@ def test_sticking_is_an_answer_of_the_contact_problem_at_rest(make):
     for problem in problems(make, False):
         W, b = np.array(problem.W, float), np.array(problem.b, float)
         sides = (1, -1) if problem.closed[0] else (1,)
-        slope, free = (part.ravel()[0] for part in held(W, b, 1))
+        slope, free = (part.ravel()[0] for part in schur_complement(W, b, 1))
         if slope <= 1e-12 * W[0, 0]:
             continue  # any normal force, or none, moves nothing in sticking
         with np.errstate(all="ignore"):

@@ -116,6 +116,6 @@ def test_impulses_at_once_are_alone_where_rational_arithmetic_says_so(count):
                 *(np.array(a, float) for a in (W, mu, v)), "energetic", 0.0
             )
             step = impact.path.steps[0]
-            alone = step.is_alone(impact.path.W, impact.path.mu, impact.path.held)
+            alone = step.is_alone(impact.path.W, impact.path.mu, impact.path.bilateral)
             counts[exact.case, alone] += 1
     assert set(counts) == {("unique", True), ("hyperstatic", True), ("indeterminate", False)}

@@ -14,8 +14,8 @@ import painleve_sym as ps
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.problem.risk import (
     friction_threshold,
-    held,
     least_over_normals,
+    schur_complement,
     sector_half_angle,
     slip_angle,
 )
@@ -74,7 +74,7 @@ def test_held_mobility_is_the_inverse_of_the_inverses_block():
     # Forces that hold the others at rest: the inverse of W without their rows.
     alone = np.linalg.inv(np.linalg.inv(W)[:3, :3])
     b = random.normal(size=6)
-    own, rest = held(W, b)
+    own, rest = schur_complement(W, b)
     np.testing.assert_allclose(own, alone, rtol=1e-9)
     # Forces that leave the others without acceleration.
     forces = np.linalg.solve(W[3:, 3:], -b[3:])

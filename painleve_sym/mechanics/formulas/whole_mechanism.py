@@ -96,7 +96,7 @@ def _together(mechanism: Mechanism) -> Iterator[Section]:
         ),
         note="a = W F + b",
     )
-    if any(mechanism.outline.held):
+    if any(mechanism.outline.bilateral):
         return
     note = (
         "A of each contact alone and the determinant > 0: one solution for all loads; both slide "

@@ -97,9 +97,9 @@ class SensitiveImpacts:
         state, at = change["before"], ContactRows(len(contacts))
         velocities = self._velocities[rows]
         parted = self._parted(change, jacobian, contacts)
-        held = np.array([i in self.given.bilateral for i in contacts])
+        bilateral = np.array([i in self.given.bilateral for i in contacts])
         path = impact_slopes(
-            self._paths.path(held, restitution_law(self.given.restitution), float(given.e[0])),
+            self._paths.path(bilateral, restitution_law(self.given.restitution), float(given.e[0])),
             ImpactData(
                 W=slopes.W[np.ix_(rows, rows)],
                 mu=slopes.mu[contacts],

@@ -233,14 +233,14 @@ class _Slopes:
             right = -aim[rows] - _applied(slopes, x)
             impulses = _applied(moved, x) + U @ _change_in_range(W[rows] @ U, slopes, x, right)
         if step.weighs:
-            stops = np.where(self.path.held, 0.0, step.impulses[self.normals])
+            stops = np.where(self.path.bilateral, 0.0, step.impulses[self.normals])
             top = int(np.argmax(stops))
             self.weights = np.zeros_like(self.weights)
             if stops[top] > 0:
                 relative = impulses[self.normals] - np.outer(
                     stops, impulses[self.rows.normal(top)] / stops[top]
                 )
-                self.weights = np.where(self.path.held[:, None], 0.0, relative / stops[top])
+                self.weights = np.where(self.path.bilateral[:, None], 0.0, relative / stops[top])
             return
         rates = aim + _applied(self.W, step.impulses) + W @ impulses
         rates[rows] = 0.0
