@@ -9,13 +9,14 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+from painleve_sym.problem import NormalCoefficients
 from painleve_sym.problem.solution import ContactCase
 from tests.scenes import LADDER, standing_body
 
 KEYS = {"mechanism", "state", "parameters", "contacts", "open", "W", "b"}
 KEYS |= {"complete", "guarantee", "case", "borders", "solutions"}
 KEYS |= {"promise", "chatter"}
-OF_CONTACT = {"kind", "slip_velocity", *ps.NormalCoefficients._fields}
+OF_CONTACT = {"kind", "slip_velocity", *NormalCoefficients._fields}
 
 
 def test_friction_of_any_size_has_its_solution():

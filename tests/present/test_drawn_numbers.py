@@ -19,6 +19,7 @@ from painleve_sym.present.figure_of_risk_trajectory import risk_trajectory_figur
 from painleve_sym.present.film import FilmPicture, _Arrows
 from painleve_sym.present.risk_page import risk_page
 from painleve_sym.present.style import NORMAL, PALETTE, STYLE, event_label
+from painleve_sym.problem import Sector
 from painleve_sym.problem.case_codes import LEGEND
 from painleve_sym.robots.contact_risk import LeastRisk
 from painleve_sym.robots.report import RiskReport
@@ -322,7 +323,7 @@ def test_each_fill_of_a_map_has_the_name_of_its_case():
 def risk_of(values, mu, half_angle=0.3):
     risk = SimpleNamespace(
         mu=mu, mu_P=0.9, W=np.diag([1.0, 2.0, 3.0]), direction=(math.cos(0.5), math.sin(0.5)),
-        sector=None if half_angle is None else ps.Sector((1.0, 0.0), half_angle),
+        sector=None if half_angle is None else Sector((1.0, 0.0), half_angle),
         worst_direction=np.array([1.0, 0.0, 0.0]), least_over_normals=0.1, gradient={"knee": 0.25},
         impact=None,
     )  # fmt: skip
