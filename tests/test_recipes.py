@@ -79,8 +79,8 @@ command(
     "total",
     "total",
     "add forces",
-    argument("name", "NAME", "name of the sum"),
-    text("--forces", "F,...", "forces that are added, N", in_unit(read_positive, "N")),
+    text("name NAME", "name of the sum"),
+    text("--forces F,...", "forces that are added, N", in_unit(read_positive, "N")),
     details="Forces are positive.",
 )
 """

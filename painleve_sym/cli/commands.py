@@ -54,21 +54,15 @@ Reader = Callable[[str, str], Any]
 """Makes a value of the name of an option and its text."""
 
 
-def text(
-    name: str, metavar: str, help_text: str, read: Reader | None = None, **more: Any
-) -> Option:
-    """Return an option that takes a text, or what a reader makes of it."""
+def text(option: str, help_text: str, read: Reader | None = None, **more: Any) -> Option:
+    """Return an option or argument with a text, or what a reader makes of it: ``--t-end TIME``."""
+    name, _, metavar = option.partition(" ")
     return Option(name, {"metavar": metavar, "help": help_text, "read": read, **more})
 
 
-def several(name: str, metavar: str, help_text: str, **more: Any) -> Option:
+def several(option: str, help_text: str, **more: Any) -> Option:
     """Return an option that may be given several times."""
-    return text(name, metavar, help_text, action="append", **more)
-
-
-def argument(name: str, metavar: str, help_text: str, **more: Any) -> Option:
-    """Return an argument, which has no dashes."""
-    return text(name, metavar, help_text, **more)
+    return text(option, help_text, action="append", **more)
 
 
 def flag(name: str, help_text: str) -> Option:
@@ -96,7 +90,7 @@ def setting(name: str, help_text: str = "") -> Option:
     of = SETTINGS[name]
     make = several if of.type == "Mapping[str, float]" else text
     read = in_unit(read_number, of.unit or "") if of.type == "float" else _READ.get(of.type)
-    return make(of.option, of.metavar, help_text or of.help, read=read)
+    return make(f"{of.option} {of.metavar}", help_text or of.help, read=read)
 
 
 def settings(group: str) -> tuple[Option, ...]:
@@ -105,17 +99,17 @@ def settings(group: str) -> tuple[Option, ...]:
 
 
 SET, MATERIAL, CONTACT, CLOSE = map(setting, ("parameters", "material", "contact", "close"))
-CASE = argument("case", "CASE", "mechanism, or a scenario file (see below)"), *settings("case")
+CASE = text("case CASE", "mechanism, or a scenario file (see below)"), *settings("case")
 ROBOT = (
-    text("--point", "X,Y,Z", "place of the contact in its frame, m; of a round foot its centre"),
-    text("--normal", "X,Y,Z", "of the surface, in the world, by default 0,0,1"),
-    text("--radius", "R", "of a round foot, m", in_unit(read_number, "m")),
-    text("--pose", "NAME", "named pose: keyframe of MJCF, group state of SRDF"),
-    text("--srdf", "FILE", "file with poses; by default that of the same name beside FILE"),
-    text("--base", "KIND", "fixed or floating; by default as the file says"),
-    text("--armature", "VALUE", "rotor inertia at the joints, kg m^2; or NAME=VALUE,..."),
-    text("--locked", "NAME,...", "joints that hold their value, or all", read_names),
-    text("--others", "WHAT", "other contacts: free (default), or stuck"),
+    text("--point X,Y,Z", "place of the contact in its frame, m; of a round foot its centre"),
+    text("--normal X,Y,Z", "of the surface, in the world, by default 0,0,1"),
+    text("--radius R", "of a round foot, m", in_unit(read_number, "m")),
+    text("--pose NAME", "named pose: keyframe of MJCF, group state of SRDF"),
+    text("--srdf FILE", "file with poses; by default that of the same name beside FILE"),
+    text("--base KIND", "fixed or floating; by default as the file says"),
+    text("--armature VALUE", "rotor inertia at the joints, kg m^2; or NAME=VALUE,..."),
+    text("--locked NAME,...", "joints that hold their value, or all", read_names),
+    text("--others WHAT", "other contacts: free (default), or stuck"),
 )
 """Options that say where the contact of a robot is; `robot_options` reads them."""
 ROBOT_OF_CASE = tuple(
@@ -128,28 +122,28 @@ RESTITUTION = setting("restitution")
 ENGINE = setting("engine")
 SECONDS = in_unit(read_number, "s")
 MOTION = (*LAW, *settings("motion"))
-MODEL = argument("model", "MODEL", "mechanism (`painleve models`)")
-PICTURE = text("--out", "FILE", "draw it, as PNG, SVG or PDF by the suffix")
+MODEL = text("model MODEL", "mechanism (`painleve models`)")
+PICTURE = text("--out FILE", "draw it, as PNG, SVG or PDF by the suffix")
 
 
 def look(default: str = "as the suffix says") -> tuple[Option, ...]:
     """Return the options of every command that draws a figure; `read_look` reads them."""
     return (
-        text("--width", "WIDTH", "of the figure: column, page, or a number in cm"),
-        text("--title", "TITLE", "none leaves the titles of the figure out"),
-        text("--format", "FORMAT", f"of the figure: png, svg or pdf; by default {default}"),
+        text("--width WIDTH", "of the figure: column, page, or a number in cm"),
+        text("--title TITLE", "none leaves the titles of the figure out"),
+        text("--format FORMAT", f"of the figure: png, svg or pdf; by default {default}"),
     )
 
 
 def map_files(subject: str) -> tuple[Option, ...]:
     """Return the options of commands that draw a map of something."""
     help_text = "(.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
-    return several("--out", "FILE", f"draw {subject} {help_text}"), *look(), JSON
+    return several("--out FILE", f"draw {subject} {help_text}"), *look(), JSON
 
 
 def listing(name: str, summary: str, subject: str) -> None:
     """Add a command that lists things, or shows one of them."""
-    one = argument("name", "NAME", f"show {subject}, alone; default all", nargs="?")
+    one = text("name NAME", f"show {subject}, alone; default all", nargs="?")
     command(name, "describe", summary, one, JSON)
 
 
@@ -301,8 +295,7 @@ command(
         "with a law: the contact starts compressed so that it carries this force, N",
     ),
     text(
-        "--configuration",
-        "NAME",
+        "--configuration NAME",
         "with a law: frozen (default), or carried along to where the impulse acts",
         default="frozen",
     ),
@@ -318,9 +311,9 @@ command(
     *MOTION,
     ENGINE,
     setting("samples"),
-    text("--save", "FILE", "write the whole trajectory, an NPZ file"),
-    text("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
-    text("--report", "FILE", "write a page about it, .html: formulas, figure, events, sources"),
+    text("--save FILE", "write the whole trajectory, an NPZ file"),
+    text("--plot FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+    text("--report FILE", "write a page about it, .html: formulas, figure, events, sources"),
     *look(),
     JSON,
     details=SCENARIO + STOPS,
@@ -332,10 +325,10 @@ command(
     "draw a motion as GIF, MP4 or HTML, slowed down around impacts",
     *CASE,
     *MOTION,
-    text("--out", "FILE", "the film: .gif, .html, or .mp4 with imageio-ffmpeg", required=True),
+    text("--out FILE", "the film: .gif, .html, or .mp4 with imageio-ffmpeg", required=True),
     ENGINE,
-    text("--duration", "TIME", "length of the film, s, by default 8", SECONDS),
-    text("--width", "PIXELS", "from 200 to 2000, by default 480"),
+    text("--duration TIME", "length of the film, s, by default 8", SECONDS),
+    text("--width PIXELS", "from 200 to 2000, by default 480"),
     JSON,
     details=(
         "CASE and the options of the motion are those of `painleve simulate`. The film runs\n"
@@ -353,14 +346,12 @@ command(
     "map slip, lift-off and the paradox over two states or parameters",
     MODEL,
     text(
-        "--over",
-        "NAME,NAME",
+        "--over NAME,NAME",
         "the axes: two coordinates, velocities (theta_dot) or parameters",
         required=True,
     ),
     several(
-        "--range",
-        "NAME=FROM:TO,...",
+        "--range NAME=FROM:TO,...",
         "ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out",
     ),
     setting(
@@ -371,13 +362,12 @@ command(
     CONTACT,
     CLOSE,
     text(
-        "--points",
-        "N",
+        "--points N",
         "points along each axis, from 5 to 2000, by default 400",
         read_count,
         default=400,
     ),
-    text("--slip", "SLIP", "sign of v_t, -1 (default) or 1; in space the angle of slip", read_slip),
+    text("--slip SLIP", "sign of v_t, -1 (default) or 1; in space the angle of slip", read_slip),
     *map_files("it"),
     details="--json prints what the map holds without its grids; --out FILE.json has them too.",
 )
@@ -388,22 +378,16 @@ command(
     "find the initial force that separates lift-off from impact",
     *CASE,
     *LAW,
-    text("--over", "NAME=FROM:TO", "map the outcomes over the force and this (E, y_A_dot)"),
+    text("--over NAME=FROM:TO", "map the outcomes over the force and this (E, y_A_dot)"),
     text(
-        "--forces",
-        "FROM:TO",
+        "--forces FROM:TO",
         "initial forces of the map, N; chosen where left out",
         in_unit(read_range, "N"),
     ),
     text(
-        "--points",
-        "N",
-        "points along each axis of the map, from 2 to 400, by default 61",
-        read_count,
+        "--points N", "points along each axis of the map, from 2 to 400, by default 61", read_count
     ),
-    text(
-        "--gradient", "NAME,...", "also the derivatives of the critical force by these", read_names
-    ),
+    text("--gradient NAME,...", "also the derivatives of the critical force by these", read_names),
     setting("engine", "auto (default), compiled or erk"),
     *map_files("the map"),
     details=(
@@ -420,17 +404,15 @@ command(
     "sweep",
     "sweep",
     "run one motion for every point of a grid or a sampled set",
-    argument("file", "SWEEP", "the sweep, a TOML file (see below)"),
+    text("file SWEEP", "the sweep, a TOML file (see below)"),
     text(
-        "--out",
-        "FILE",
+        "--out FILE",
         "the result: .nc (NetCDF), .zarr (a folder) or .npz; by default SWEEP.nc in this "
         "folder, or what the key format of SWEEP says",
     ),
-    text("--threads", "N", "threads of this process; by default one per processor", read_count),
+    text("--threads N", "threads of this process; by default one per processor", read_count),
     text(
-        "--cluster",
-        "ADDRESS",
+        "--cluster ADDRESS",
         "run on the Dask scheduler there, such as tcp://10.0.0.1:8786, or on `local` processes",
     ),
     JSON,
@@ -446,20 +428,17 @@ command(
     *ROBOT_OF_CASE,
     RESTITUTION,
     text(
-        "--steps",
-        "H,...",
+        "--steps H,...",
         "steps of time stepping, s, by default 1/10, 1/100, 1/1000 of t-end",
         in_unit(read_positive, "s"),
     ),
     text(
-        "--stiffness",
-        "E,...",
+        "--stiffness E,...",
         "Young's moduli, Pa, by default 20.9e12,20.9e14,20.9e16",
         in_unit(read_positive, "Pa"),
     ),
     text(
-        "--solvers",
-        "NAME,...",
+        "--solvers NAME,...",
         "of time stepping: least-impulse, largest-impulse, lemke, mpcc; in space the first two",
         read_names,
     ),
@@ -484,27 +463,23 @@ command(
     "fit",
     "fit",
     "estimate parameters from measured velocities or force histories",
-    argument("data", "DATA", "CSV file; its header names NAME [unit]"),
+    text("data DATA", "CSV file; its header names NAME [unit]"),
     *CASE,
     *LAW,
     text(
-        "--estimate",
-        "NAME,...",
+        "--estimate NAME,...",
         "what to estimate: parameters, or start values of a history",
         read_names,
     ),
     setting("until", "end of each motion, by default that of the impact"),
     setting("t_end", "by when each motion has ended, s, by default 1"),
-    text("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
-    text("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95", read_number),
+    text("--sigma NAME=VALUE,...", "known standard deviations; by default from the residuals"),
+    text("--level P", "of the confidence intervals, in (0, 1), by default 0.95", read_number),
     text(
-        "--max-evaluations",
-        "N",
-        "of the model, after which the fit ends, by default 200",
-        read_count,
+        "--max-evaluations N", "of the model, after which the fit ends, by default 200", read_count
     ),
     setting("max_steps", "of one motion, by default 50 000"),
-    text("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
+    text("--out FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
     *look(),
     JSON,
     details=(
@@ -523,8 +498,8 @@ command(
     "export the simulation as stand-alone C code",
     *CASE,
     *MOTION,
-    text("--out", "DIR", "folder to write, absent or empty", required=True),
-    text("--name", "NAME", "prefix of the C names, by default the mechanism's name"),
+    text("--out DIR", "folder to write, absent or empty", required=True),
+    text("--name NAME", "prefix of the C names, by default the mechanism's name"),
     setting("engine", "auto (default), taylor or compiled"),
     JSON,
     details=(
@@ -544,8 +519,8 @@ command(
     *LAW,
     setting("t_end", "end time of the motions at first, s"),
     setting("initial_force"),
-    text("--docs", "ADDRESS", "documentation site that the page links to, also from the page: .."),
-    text("--out", "FILE", "page to write, .html", required=True),
+    text("--docs ADDRESS", "documentation site that the page links to, also from the page: .."),
+    text("--out FILE", "page to write, .html", required=True),
     JSON,
     details=(
         "One HTML file that opens from disk: sliders, map, contact problem, the motion with the\n"
@@ -562,43 +537,38 @@ command(
     "robot",
     "robot",
     "judge the contact of a robot: the friction from which it is at risk",
-    argument("file", "FILE", "the robot, a URDF or MJCF file"),
+    text("file FILE", "the robot, a URDF or MJCF file"),
     text(
-        "--contact",
-        "FRAME,...",
+        "--contact FRAME,...",
         "frame with the contact in question, and frames with other contacts",
         required=True,
     ),
-    several("--joints", "NAME=VALUE,...", "joint values, rad or m, others those of the pose"),
+    several("--joints NAME=VALUE,...", "joint values, rad or m, others those of the pose"),
     *ROBOT,
-    text("--mu", "MU", "friction coefficient", read_number),
+    text("--mu MU", "friction coefficient", read_number),
     several(
-        "--velocities",
-        "NAME=VALUE,...",
+        "--velocities NAME=VALUE,...",
         "of joints and base, others 0: with them or torques, every solution",
     ),
-    several("--torques", "NAME=VALUE,...", "of joints, N m or N, others 0"),
-    text("--trajectory", "FILE", "CSV of a motion: t, joints, NAME_dot, torque_NAME"),
+    several("--torques NAME=VALUE,...", "of joints, N m or N, others 0"),
+    text("--trajectory FILE", "CSV of a motion: t, joints, NAME_dot, torque_NAME"),
     text(
-        "--touching",
-        "RULE",
+        "--touching RULE",
         "when the contact of the log touches: stance, foot_force>5, or height<0.001, in m",
     ),
     text(
-        "--rest",
-        "SPEED",
+        "--rest SPEED",
         "of the contact in the log that counts as rest, by default 0.02 m/s",
         in_unit(read_number, "m/s"),
     ),
-    text("--poses", "N", "random poses, by default 2000", read_count),
-    text("--report", "FILE", "write a page about it, .html"),
-    text("--export", "DIR", "write the function joint values to W, mu_P and sector as C"),
+    text("--poses N", "random poses, by default 2000", read_count),
+    text("--report FILE", "write a page about it, .html"),
+    text("--export DIR", "write the function joint values to W, mu_P and sector as C"),
     flag("--certify", "prove A > 0 for every direction of slip in all poses of --over"),
-    several("--over", "NAME=FROM:TO,...", "box of joints, base_roll, base_pitch, base_yaw, mu"),
-    text("--check", "FILE", "verify this certificate instead of making one"),
+    several("--over NAME=FROM:TO,...", "box of joints, base_roll, base_pitch, base_yaw, mu"),
+    text("--check FILE", "verify this certificate instead of making one"),
     text(
-        "--out",
-        "FILE",
+        "--out FILE",
         "draw the distribution of mu_P over poses, as PNG, SVG or PDF; with --certify write the "
         "certificate, .json",
     ),
@@ -617,12 +587,12 @@ command(
     "certify",
     "prove that a contact has no paradox on a box of states",
     MODEL,
-    several("--over", "NAME=FROM:TO,...", "the box, such as theta=0.2:1.4,mu=1:1.3", required=True),
+    several("--over NAME=FROM:TO,...", "the box, such as theta=0.2:1.4,mu=1:1.3", required=True),
     setting("state", "states that are held; by default the model's start"),
     SET,
     CONTACT,
-    text("--out", "FILE", "write the certificate, .json"),
-    text("--check", "FILE", "verify this certificate instead of making one"),
+    text("--out FILE", "write the certificate, .json"),
+    text("--check FILE", "verify this certificate instead of making one"),
     JSON,
     details=(
         "A proof, not a sample: ball arithmetic on pieces of the box. It needs python-flint:\n"
@@ -657,9 +627,9 @@ command(
     "reproduce",
     "reproduce",
     "redo the tables, figures and formulas of a paper",
-    argument("paper", "PAPER", "name of the paper (--list shows it); default all", nargs="?"),
-    text("--out", "DIR", "also write a report with figures here"),
-    several("--only", "ID,...", "only these items or groups (--list shows them)"),
+    text("paper PAPER", "name of the paper (--list shows it); default all", nargs="?"),
+    text("--out DIR", "also write a report with figures here"),
+    several("--only ID,...", "only these items or groups (--list shows them)"),
     flag("--list", "list the items and end"),
     *look("png and svg; pdf comes beside these two"),
     JSON,
