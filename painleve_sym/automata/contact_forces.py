@@ -132,7 +132,7 @@ class LocalContact:
         return self.row.contact.friction
 
 
-class Known(enum.Enum):
+class Known(enum.StrEnum):
     """Source of a force in a local mode."""
 
     ZERO = enum.auto()

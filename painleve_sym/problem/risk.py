@@ -34,8 +34,13 @@ def friction_threshold(W: Array) -> Array:
     ndarray
         Of the shape of the further axes.
     """
-    with np.errstate(divide="ignore"):
-        return np.asarray(W[0, 0] / np.linalg.norm(W[1:, 0], axis=0))
+    return _threshold(W[0, 0], np.linalg.norm(W[1:, 0], axis=0))
+
+
+def _threshold(mobility: Array, coupling: Array) -> Array:
+    """Return the quotient, infinite where nothing couples, also where nothing moves (0/0)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(coupling == 0, np.inf, mobility / coupling)
 
 
 def slip_slope(W: Array, mu: float | Array, slip: Sequence[Any], side: int = 1) -> Array:
@@ -97,8 +102,7 @@ def least_over_normals(W: Array) -> Array:
     """
     values = np.linalg.eigvalsh(np.moveaxis(W, (0, 1), (-2, -1)))
     low, high = np.maximum(values[..., 0], 0.0), values[..., -1]
-    with np.errstate(divide="ignore"):
-        return np.asarray(2 * np.sqrt(low) * np.sqrt(high) / (high - low))
+    return _threshold(2 * np.sqrt(low) * np.sqrt(high), high - low)
 
 
 def schur_complement(W: Array, b: Array, rows: int = 3) -> tuple[Array, Array]:
