@@ -50,6 +50,10 @@ class InputError(PainleveError, ValueError):
     """Invalid input; the message gives the place, the value received, and how to correct it."""
 
 
+class NotPlanar(InputError):
+    """A mechanism with contacts in space, where contacts in the plane are needed."""
+
+
 class ModelError(InputError):
     """A mechanism, contact or law is ill-defined; the message lists all faults.
 

@@ -7,6 +7,7 @@ import os
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from painleve_sym.cli.commands import IN_SPACE
 from painleve_sym.cli.options import given_options, read_assignments, read_quantities
 from painleve_sym.cli.robot_options import read_robot_options
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
@@ -30,6 +31,8 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
     if of_robot := read_robot_options(arguments):
         given["robot"] = of_robot
     base = _base(arguments.case, arguments.command).updated(given)
+    if arguments.command not in IN_SPACE:
+        base.mechanism().require_planar()
     given = {}
 
     def units() -> Mapping[str, str]:

@@ -39,6 +39,8 @@ class Command(NamedTuple):
     more: str = ""
 
 
+IN_SPACE = ("certify", "classify", "contrast", "derive", "jump", "map")
+"""Commands that take a mechanism with contacts in space."""
 COMMANDS: dict[str, Command] = {}
 """The commands by name, in the order of the help."""
 

@@ -117,17 +117,16 @@ def _acceleration_data(comparison: Comparison) -> dict[str, Any] | None:
     if level is None:
         return None
     whole = level.classification.to_dict()
-    data = {key: whole[key] for key in ("contacts", "case", "solutions")}
-    if level.lemke is None or level.mpcc is None:
-        return data
-    solution = level.lemke.solution
+    solution = None if level.lemke is None else level.lemke.solution
     return {
-        **data,
-        "lemke": {
+        **{key: whole[key] for key in ("contacts", "case", "solutions")},
+        "lemke": level.lemke
+        and {
             "status": level.lemke.status.label,
             "normal_force": None if solution is None else float(solution.z[0]),
         },
-        "mpcc": {
+        "mpcc": level.mpcc
+        and {
             "normal_forces": sorted(float(r.z[0]) for r in level.mpcc.solutions),
             **plain_fields(level.mpcc, "starts", "failed"),
         },

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError, refuse_faulty, repeated, unknown_name
+from painleve_sym.errors import InputError, NotPlanar, refuse_faulty, repeated, unknown_name
 from painleve_sym.hooks import upper
 from painleve_sym.mechanics.declarations import (
     NOT_DERIVED_FROM,
@@ -191,11 +191,11 @@ class Mechanism(Shown, Deferred):
             )
 
     def require_planar(self) -> None:
-        """Raise InputError for a mechanism in space, which few questions take so far."""
+        """Raise NotPlanar where contacts have two tangents."""
         if self.outline.in_space:
-            raise InputError(
-                f"mechanism {self.name!r} is in space, which is not offered here yet. "
-                "Fix: use certify, classify, contrast, derive, jump or map, or a planar mechanism."
+            raise NotPlanar(
+                f"mechanism {self.name!r}: got contacts in space, need contacts in the plane. "
+                "Fix: give a planar mechanism."
             )
 
     def require_opening(self, where: str, fix: str) -> None:
@@ -365,7 +365,6 @@ class Mechanism(Shown, Deferred):
     @cached_property
     def coefficients(self) -> ContactCoefficients:
         """Coefficients of the only contact, in the plane."""
-        self.require_planar()
         self.require_one_contact()
         return self.all_coefficients[0]
 

@@ -144,10 +144,6 @@ class RobotMechanism(NumericalMechanism):
         """Sentences on the subject of results, on omissions of the file, and on assumptions."""
         return (self.subject, *self.robot.notices, " ".join(CAVEATS))
 
-    def require_planar(self) -> None:
-        """Raise InputError: the contact of a robot is in space, and has no formulas."""
-        refuse(self.name)
-
     def at(
         self,
         state: Mapping[str, Value] | None = None,

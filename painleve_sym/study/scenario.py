@@ -205,7 +205,6 @@ class Scenario(CaseSettings):
     def contact_law(self) -> Law | LawsByContact:
         """Return the contact law with its choices; InputError where none is named."""
         if self.law is None:
-            self.mechanism().require_planar()
             raise InputError(
                 f"{self.where}: no contact law, and a motion needs one. "
                 "Fix: give --law, such as bilinear-hertz, or [law] in a file; `painleve laws` "
@@ -259,7 +258,6 @@ class Scenario(CaseSettings):
     def settings(self) -> RunSettings:
         """The settings of a motion, checked; InputError where there is no end time."""
         if self.t_end is None:
-            self.mechanism().require_planar()
             raise InputError(
                 f"{self.where}: no end time, and a motion needs one. "
                 "Fix: give --t-end in s, or t_end in a file."

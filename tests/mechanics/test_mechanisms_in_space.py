@@ -467,7 +467,8 @@ def test_commands_that_do_not_take_space_say_so(words, capsys, tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     assert main(words) == 2
     error = capsys.readouterr().err
-    assert "is in space, which is not offered here yet" in error
+    assert "got contacts in space, need contacts in the plane" in error
+    assert "certify, classify, contrast, derive, jump, map" in " ".join(error.split())
     assert "Traceback" not in error and not list(tmp_path.iterdir())
 
 
@@ -487,7 +488,7 @@ def test_jump_with_a_law_in_space_names_what_has_compliant_contacts_there(capsys
     ],
 )
 def test_questions_that_do_not_take_space_say_so(question):
-    with pytest.raises(ps.InputError, match="is in space, which is not offered here yet"):
+    with pytest.raises(ps.InputError, match="got contacts in space, need contacts in the plane"):
         question(ps.model("rod-3d"))
 
 

@@ -372,7 +372,7 @@ def test_commands_take_it_with_the_keys_of_angles(capsys):
     assert [v["name"] for v in data["velocities"]] == ["x_dot", "y_dot", "z_dot", *OMEGA]
     assert data["coordinates"][3]["velocity"] is None
     assert main(["simulate", BRICK, "--law", "rigid", "--t-end", "0.1"]) == 2
-    assert "is in space, which is not offered here yet" in capsys.readouterr().err
+    assert "got contacts in space, need contacts in the plane" in capsys.readouterr().err
 
 
 def test_a_part_of_the_angular_velocity_closes_the_normal_velocity():

@@ -302,7 +302,7 @@ def test_contact_is_a_mechanism_for_classify_and_jump():
     assert pickle.loads(pickle.dumps(mechanism)).at().values == mechanism.at().values
     with pytest.raises(InputError, match="numbers in space but no formulas"):
         _ = mechanism.system
-    with pytest.raises(InputError, match="Fix: use robot, classify, jump or contrast"):
+    with pytest.raises(InputError, match="got contacts in space, need contacts in the plane"):
         ps.simulate(mechanism, "rigid", t_end=0.1)
 
 
