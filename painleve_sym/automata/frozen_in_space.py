@@ -11,7 +11,7 @@ speed of the motion: a slip slower than v₀ turns to that direction at a finite
 begins out of stick grows from 0 with the square of time, and a v₀ a hundred times as large costs
 no digit there.
 
-A contact without slip needs the friction −g, g = W_tt⁺ (F_n w + b_t), to stick, and does where
+A contact without slip needs the friction −g, g = F_n W_tt⁺ w + W_tt⁺ b_t, to stick, and does where
 |g| ≤ μ F_n. Else slip begins, along g at first, from where it turns within v₀ to the one direction
 in which it can grow.
 
@@ -49,22 +49,22 @@ SLIP, STICK = "slip", "stick"
 IMPULSES = ("normal_impulse", "tangential_impulse_1", "tangential_impulse_2")
 COEFFICIENTS = (
     *("W_nn", "W_n1", "W_n2", "W_11", "W_12", "W_22"),
-    *("held_11", "held_12", "held_22"),
+    *("gain_1", "gain_2", "free_1", "free_2"),
     *("b_n", "b_1", "b_2", "mu", "turning_speed", "unresolved_force"),
 )
-"""Parameters besides those of the law: W, the pseudoinverse of W_tt, b, μ, v₀, and the force that
-is rounding beside those of the motion, by which friction may be missed before slip begins."""
+"""Parameters besides those of the law: W, W_tt⁺ w and W_tt⁺ b_t (`holding_forces`), b, μ, v₀, and
+the force that is rounding beside those of the motion, by which friction may be missed before slip
+begins."""
 
 _GAP, _RATE, _V1, _V2, _SPEED, _ANGLE = sp.symbols(
     "gap gap_rate slip_velocity_1 slip_velocity_2 slip_speed slip_angle", real=True
 )
 _IMPULSES = sp.symbols(IMPULSES, real=True)
-_NN, _N1, _N2, _11, _12, _22, _H11, _H12, _H22, _BN, _B1, _B2, _MU, _TURNING, _UNRESOLVED = (
-    sp.symbols(COEFFICIENTS, real=True)
-)
+_COEFFICIENTS = sp.symbols(COEFFICIENTS, real=True)
+_NN, _N1, _N2, _11, _12, _22, *_HOLDING, _BN, _B1, _B2, _MU, _TURNING, _UNRESOLVED = _COEFFICIENTS
 _W = sp.Matrix([[_NN, _N1, _N2], [_N1, _11, _12], [_N2, _12, _22]])
 _B = sp.Matrix([_BN, _B1, _B2])
-_HELD = sp.Matrix([[_H11, _H12], [_H12, _H22]])
+_GAIN, _FREE = sp.Matrix(_HOLDING[:2]), sp.Matrix(_HOLDING[2:])
 _TURNS_BELOW = sp.Symbol("turns_below", real=True)
 """Memory: the turning speed v₀ of this slip; m/s."""
 _BEGINS_BELOW = 100
@@ -112,7 +112,7 @@ class FrozenSpatialContact:
                 *(*_IMPULSES, FRICTION_WORK, CONTACT_WORK),
             ),
             memory=(*self.law.memory, _TURNS_BELOW),
-            parameters=(*sp.symbols(COEFFICIENTS, real=True), *of_law),
+            parameters=(*_COEFFICIENTS, *of_law),
             definitions=dict(self.law.definitions),
             modes=(*flights, *rubs),
             starts=(Choice(FLIGHT),),
@@ -199,8 +199,8 @@ def _direction() -> sp.Matrix:
 
 
 def _needed(force: sp.Expr) -> sp.Matrix:
-    """Return g = W_tt⁺ (F_n w + b_t), against which friction holds a contact without slip; N."""
-    return _HELD * (force * sp.Matrix([_N1, _N2]) + sp.Matrix([_B1, _B2]))
+    """Return g, against which friction holds a contact without slip; N."""
+    return force * _GAIN + _FREE
 
 
 def _beyond(force: sp.Expr) -> sp.Expr:

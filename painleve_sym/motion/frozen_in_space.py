@@ -20,6 +20,7 @@ from painleve_sym.engines.records import dense_values
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.declarations import ParameterSet
+from painleve_sym.problem.risk import holding_forces
 from painleve_sym.units import Value
 
 RTOL = 1e-12
@@ -155,10 +156,8 @@ class FrozenSpatialSolver:
         W, b, v = (np.asarray(x, float) for x in (W, b, velocity))
         where = f"contact in space with law {self.law.name!r}"
         of_law = ParameterSet(*self.law.parameters).values(where, parameters)
-        # A contact in space that moves along one line has a W_tt of rank one.
-        held = np.linalg.pinv(W[1:, 1:], hermitian=True)
-        rows, upper = np.triu_indices(3), np.triu_indices(2)
-        of_contact = (*W[rows], *held[upper], *b, mu, 0.0, 0.0)
+        gain, free = holding_forces(W, b, 1)
+        of_contact = (*W[np.triu_indices(3)], *gain[:, 0], *free, *b, mu, 0.0, 0.0)
         values = {**dict(zip(COEFFICIENTS, of_contact, strict=True)), **of_law}
         names = self.integrator.outline
         given = np.array([values[name] for name in names.parameter_names])

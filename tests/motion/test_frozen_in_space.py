@@ -6,13 +6,19 @@ import math
 
 import numpy as np
 import pytest
+import sympy as sp
 from scipy.integrate import solve_ivp
 
 from painleve_sym import laws
+from painleve_sym.automata import frozen_in_space
+from painleve_sym.automata.frozen_in_space import COEFFICIENTS
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.motion.frozen_impact import FrozenImpactSolver
 from painleve_sym.motion.frozen_in_space import FrozenSpatialSolver
+from painleve_sym.problem import ContactMode, ContactProblem, Disc
 from painleve_sym.problem.impact.one_contact import solve_impact
+from painleve_sym.problem.risk import holding_forces
+from tests.problem.problems import spatial
 
 E, NU, R, N = 20.9e14, 0.3, 0.00645, 1.5
 LAW = laws.bilinear_hertz(E=E)
@@ -47,6 +53,31 @@ def test_without_accelerations_the_impulse_is_that_of_the_energetic_impact(solve
         impulse = np.sum([p.impulse for p in impact.phases], axis=0)
         assert motion.impulse == pytest.approx(impulse, rel=1e-8, abs=1e-8 * abs(impulse).max())
     assert courses >= {"SLIDING", "C_STICKING", "R_STICKING", "C_REVERSED"}
+
+
+def test_friction_holds_a_pressed_contact_where_its_contact_problem_sticks():
+    """Its normal row stands by itself, with b_n = −F_n and W_nn = 1, so that F_n is given."""
+    rng, seen = np.random.default_rng(6), set()
+    names = (*COEFFICIENTS, "F")
+    beyond = sp.lambdify(names, frozen_in_space._beyond(sp.Symbol("F", real=True)), "math")
+    for _ in range(400):
+        made_up = spatial(rng, 1)
+        W, b, mu, force = made_up.W, made_up.b, float(made_up.mu[0]), float(rng.integers(1, 4))
+        gain, free = holding_forces(W, b, 1)
+        pressed = np.zeros((3, 3))
+        pressed[0, 0], pressed[1:, 1:] = 1.0, W[1:, 1:]
+        along = force * W[1:, 0] + b[1:]
+        if not np.allclose(W[1:, 1:] @ (force * gain[:, 0] + free), along):
+            continue  # W_tt moves nothing in a direction in which the contact accelerates
+        problem = ContactProblem(pressed, [-force, *along], [Disc(mu)], [(0.0, 0.0)])
+        (solution,) = problem.solutions()
+        if "edge" in problem.borders or not mu:
+            continue
+        given = (*W[np.triu_indices(3)], *gain[:, 0], *free, *b, mu, 0.0, 0.0, force)
+        sticks = beyond(*given) <= 0
+        assert sticks == (solution.mode is ContactMode.STICK)
+        seen.add(sticks)
+    assert seen == {True, False}
 
 
 def test_momentum_and_energy_balance_close(solver):
