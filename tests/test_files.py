@@ -15,7 +15,8 @@ import pytest
 from painleve_sym import arrays
 from painleve_sym.arrays import load_npz, save_npz
 from painleve_sym.errors import InputError
-from painleve_sym.files import no_link, plain_fields, to_plain, write_beside
+from painleve_sym.files import no_link, write_beside
+from painleve_sym.plain_data import plain_fields, to_plain
 
 
 class _Colour(Enum):

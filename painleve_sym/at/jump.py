@@ -19,12 +19,12 @@ from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.notebooks import Shown
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.problem.impact.energy_gain import gain_notice
 from painleve_sym.problem.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.problem.rounding import MOVED

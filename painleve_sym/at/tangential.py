@@ -15,8 +15,8 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
-from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism, Place
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.units import Value

@@ -30,7 +30,7 @@ from painleve_sym.certify.checker import (
 )
 from painleve_sym.certify.program import Step, program_of
 from painleve_sym.errors import InputError
-from painleve_sym.files import plain_fields
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.progress import progress
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import argparse
 
 from painleve_sym.cache import CacheContent, cache_content, clear_cache
 from painleve_sym.cli.output import print_json, show
-from painleve_sym.files import plain_fields
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.quantities import counted
 
 

@@ -21,7 +21,7 @@ from painleve_sym.cli.output import (
     show_table,
 )
 from painleve_sym.cli.run import show_case
-from painleve_sym.files import finite, plain_fields, to_plain
+from painleve_sym.plain_data import finite, plain_fields, to_plain
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.solution import ContactCase, ContactSolution

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from painleve_sym.at.jump import JumpResult
 from painleve_sym.cli.output import number, quantity, show, show_table, velocity_table
-from painleve_sym.files import plain_fields
+from painleve_sym.plain_data import plain_fields
 
 if TYPE_CHECKING:
     from painleve_sym.motion.finite_stiffness import CorrectedJump

@@ -29,8 +29,8 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.cli.run import show_start
 from painleve_sym.errors import InputError
-from painleve_sym.files import plain_fields
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient
 from painleve_sym.study.critical.outcome_map import OutcomeMap, outcome_map

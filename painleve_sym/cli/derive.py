@@ -13,8 +13,8 @@ from painleve_sym.cli.options import checked_format
 from painleve_sym.cli.output import print_json
 from painleve_sym.cli.texts import DERIVE_FORMATS
 from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key
-from painleve_sym.files import to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.plain_data import to_plain
 
 
 def derive(arguments: argparse.Namespace) -> int:

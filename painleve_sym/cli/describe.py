@@ -14,7 +14,6 @@ from painleve_sym.cli.texts import AUTOMATON_FORMATS, meanings
 from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.files import finite, plain_fields, to_plain
 from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, all_choices, one_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
@@ -30,6 +29,7 @@ from painleve_sym.mechanics.materials import (
 from painleve_sym.mechanics.materials import materials as known_materials
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import NAMED
+from painleve_sym.plain_data import finite, plain_fields, to_plain
 from painleve_sym.quantities import counted
 from painleve_sym.references import Reference, cited_works, reference
 

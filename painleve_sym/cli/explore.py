@@ -8,7 +8,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file
 from painleve_sym.cli.output import print_json, show
 from painleve_sym.explorer.page import explore as explorer_page
-from painleve_sym.files import plain_fields
+from painleve_sym.plain_data import plain_fields
 
 
 def explore(arguments: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_folder
 from painleve_sym.cli.output import print_json, show
 from painleve_sym.cli.run import ending
-from painleve_sym.files import plain_fields
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.quantities import counted
 
 

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from painleve_sym.files import to_plain, write_beside
+from painleve_sym.files import write_beside
+from painleve_sym.plain_data import to_plain
 from painleve_sym.problem.risk import slip_angle
 from painleve_sym.quantities import ROUNDING
 from painleve_sym.tables import display_width, text_lines

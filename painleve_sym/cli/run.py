@@ -29,10 +29,10 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.contact_rows import axis_names
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
-from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.quantities import counted
 from painleve_sym.study.scenario import Scenario
 

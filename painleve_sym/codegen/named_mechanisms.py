@@ -9,10 +9,10 @@ from pathlib import Path
 from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.codegen.derivation_cache import MECHANISM, entry_key
 from painleve_sym.errors import InputError, received, unknown_name
-from painleve_sym.files import of_plain, to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import COUNTS, NAMED
 from painleve_sym.mechanics.outline import MechanismOutline
+from painleve_sym.plain_data import of_plain, to_plain
 from painleve_sym.units import Value
 
 _TEXTS = (

@@ -32,7 +32,7 @@ from painleve_sym.engines.protocol import (
 )
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import NoRecurrence, StopReason
-from painleve_sym.files import of_plain, to_plain
+from painleve_sym.plain_data import of_plain, to_plain
 from painleve_sym.progress import progress
 from painleve_sym.time_limit import within_time
 

@@ -24,7 +24,6 @@ from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import InputError, NoRecurrence
 from painleve_sym.explorer.first_map import FirstMap, first_map
 from painleve_sym.explorer.prebuilt import Laws, alternatives
-from painleve_sym.files import finite, plain_fields, to_plain
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -32,6 +31,7 @@ from painleve_sym.motion.energy_balance import ENERGY_ROUNDING
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.small_events import RATES
+from painleve_sym.plain_data import finite, plain_fields, to_plain
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.axes import default_range, parameter_range
 

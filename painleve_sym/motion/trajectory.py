@@ -27,7 +27,6 @@ from painleve_sym.errors import (
     refuse_unknown,
     unknown_name,
 )
-from painleve_sym.files import of_plain, plain_fields, to_plain
 from painleve_sym.hooks import upper
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice, balance_residual
@@ -40,6 +39,7 @@ from painleve_sym.motion.run_record import RunRecord, StoredRecord
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
 from painleve_sym.motion.small_events import events_above_tolerance
 from painleve_sym.notebooks import Shown
+from painleve_sym.plain_data import of_plain, plain_fields, to_plain
 from painleve_sym.quantities import ROUNDING, counted, unit_of
 
 if TYPE_CHECKING:

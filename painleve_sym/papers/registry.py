@@ -18,11 +18,11 @@ from painleve_sym import papers
 from painleve_sym.checks import names_of, text_of
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
-from painleve_sym.files import plain_fields
 from painleve_sym.interrupts import noted_interrupts
 from painleve_sym.papers.claims import Claims, ItemClaim, read_claims
 from painleve_sym.papers.item import ItemOutcome, Verdict
 from painleve_sym.papers.panels import Panel
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.progress import progress
 from painleve_sym.version import __version__
 

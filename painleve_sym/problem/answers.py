@@ -26,7 +26,6 @@ from painleve_sym.problem.turning import (
     count_of_starts,
     directions,
     search,
-    slips_of,
 )
 
 REGULAR = 1e-10
@@ -78,7 +77,7 @@ class Answers:
     def _solve(self) -> None:
         solved, singular = PieceProduct(self.law).solve()
         for forces, choice in solved:
-            self._add(forces, slips_of(choice.pieces))
+            self._add(forces, tuple([piece.slips for piece in choice.pieces]))  # type: ignore[misc]
         for choice in singular:
             self._add_family(self.law, Family(self.law, choice.pieces))
         turning = self.law.layout.turning

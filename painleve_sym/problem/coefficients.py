@@ -18,8 +18,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from painleve_sym.arrays import Array
-from painleve_sym.files import finite
+from painleve_sym.plain_data import finite
 from painleve_sym.problem.friction_set import unit_vector
 from painleve_sym.problem.risk import (
     friction_threshold,
@@ -28,6 +27,7 @@ from painleve_sym.problem.risk import (
     sector_half_angle,
     slip_slope,
 )
+from painleve_sym.problem.rounding import FloatArray as Array
 from painleve_sym.problem.rounding import rounded_difference
 
 

@@ -46,7 +46,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -74,7 +73,6 @@ MAX_RESTING = 4
 """Most contacts in space at rest: all directions of five at once take minutes to search."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ContactProblem(OnlyContact):
     """State the contact problem of n closed contacts, all with zero normal velocity.
 

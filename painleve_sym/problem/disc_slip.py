@@ -23,7 +23,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,7 +36,7 @@ BESIDE = 1e-3
 """Angle between a direction and its neighbour in a continuum; rad."""
 _POLISH = 6  # Newton steps: the roots of the quartic are near
 _MULTIPLE = 256 * 2.0**-52  # of the coefficients: a derivative that vanishes in a multiple root
-_NEAR = 0.05  # of a root of the quartic: where its multiple root lies, rad
+_NEAR = 0.05  # a multiple root of the quartic is within this of what rounding makes of it, rad
 
 
 class Slip(NamedTuple):
@@ -58,7 +58,7 @@ class Slip(NamedTuple):
 
 
 class Wave(NamedTuple):
-    """``constant + Re(conj(first) z + conj(second) z²)`` with z = exp(iφ)."""
+    """``constant + Re(first z + second z²)`` with z = exp(iφ)."""
 
     constant: float
     first: complex
@@ -69,50 +69,74 @@ class Wave(NamedTuple):
         """The largest coefficient."""
         return max(abs(self.constant), abs(self.first), abs(self.second))
 
-    def value(self, angle: float, order: int = 0) -> float:
-        """Return a derivative of the function by φ."""
-        z, turn = cmath.rect(1.0, angle), complex(0.0, 1.0) ** order
-        one = turn * self.first.conjugate() * z
-        two = 2**order * turn * self.second.conjugate() * z * z
-        return float((0.0 if order else self.constant) + one.real + two.real)
+    def slope(self) -> Wave:
+        """Return the derivative by φ."""
+        return Wave(0.0, 1j * self.first, 2j * self.second)
+
+    def value(self, angle: float) -> float:
+        """Return the function at an angle."""
+        z = cmath.rect(1.0, angle)
+        constant, first, second = self
+        return constant + (first * z).real + (second * z * z).real
 
     def zeros(self) -> Vector:
-        """Return the angles of the zeros.
-
-        Zeros off the unit circle are returned as well, by their angles: it takes no tolerance to
-        leave them to the check of the forces.
-        """
+        """Return the angles of the zeros."""
         # A leading coefficient that rounding left of a zero would put two roots far away.
         least = _VANISHES * self.size
         lead = self.second if abs(self.second) > least else 0j
         low = self.first if abs(self.first) > least else 0j
-        head = [lead.conjugate() / 2, low.conjugate() / 2]
-        column = [*head, complex(self.constant), *(low / 2, lead / 2)]
-        return [self._polished(cmath.phase(root)) for root in np.roots(column) if root]
+        column = [lead / 2, low / 2, complex(self.constant)]
+        column += [low.conjugate() / 2, lead.conjugate() / 2]
+        waves = [self]
+        for _ in range(3):
+            waves.append(waves[-1].slope())
+        on_circle = [root for root in _roots(column) if abs(abs(root) - 1.0) < _NEAR]
+        return [_polished(waves, cmath.phase(root)) for root in on_circle]
 
-    def _polished(self, angle: float) -> float:
-        """Return the zero near an angle: that of a derivative where it is a multiple one."""
-        best = self._newton(angle, 0)
-        for order in (1, 2):
-            near = self._newton(angle, order)
-            if abs(near - angle) > _NEAR:
-                break
-            lower = (abs(self.value(near, k)) for k in range(order))
-            if all(value <= _MULTIPLE * self.size for value in lower):
-                best = near
-        return best
 
-    def _newton(self, angle: float, order: int) -> float:
-        size, slope = self.value(angle, order), self.value(angle, order + 1)
-        for _ in range(_POLISH):
-            if not slope:
-                break
-            better = angle - size / slope
-            new = self.value(better, order)
-            if not abs(new) < abs(size):
-                break
-            angle, size, slope = better, new, self.value(better, order + 1)
-        return angle
+def _roots(column: list[complex]) -> list[complex]:
+    """Return the roots of a polynomial, highest power first, but for those at 0."""
+    while column and not column[0]:
+        column = column[1:]
+    while column and not column[-1]:
+        column = column[:-1]
+    if len(column) < 2:
+        return []
+    companion = np.zeros((len(column) - 1, len(column) - 1), dtype=complex)
+    companion.ravel()[len(column) - 1 :: len(column)] = 1.0
+    companion[0] = -np.array(column[1:]) / column[0]
+    roots: list[complex] = np.linalg.eigvals(companion).tolist()
+    return roots
+
+
+def _polished(waves: Sequence[Wave], angle: float) -> float:
+    """Return the zero of a function near an angle: that of a derivative where it is a multiple one.
+
+    With the function, its derivatives.
+    """
+    size = waves[0].size
+    best = _newton(waves[0], waves[1], angle)
+    for order in (1, 2):
+        near = _newton(waves[order], waves[order + 1], angle)
+        if abs(near - angle) > _NEAR:
+            break
+        if all(abs(lower.value(near)) <= _MULTIPLE * size for lower in waves[:order]):
+            best = near
+    return best
+
+
+def _newton(wave: Wave, slopes: Wave, angle: float) -> float:
+    """Return the zero that Newton's steps reach from an angle while they come nearer."""
+    size, slope = wave.value(angle), slopes.value(angle)
+    for _ in range(_POLISH):
+        if not slope:
+            break
+        better = angle - size / slope
+        new = wave.value(better)
+        if not abs(new) < abs(size):
+            break
+        angle, size, slope = better, new, slopes.value(better)
+    return angle
 
 
 def wave_of(function: Callable[[float], float]) -> Wave:
@@ -121,10 +145,23 @@ def wave_of(function: Callable[[float], float]) -> Wave:
     values = [function(angle) for angle in angles]
 
     def part(order: int) -> complex:
-        turns = (cmath.rect(v, order * angle) for v, angle in zip(values, angles, strict=True))
+        turns = (cmath.rect(v, -order * angle) for v, angle in zip(values, angles, strict=True))
         return 2 * sum(turns, 0j) / 5
 
     return Wave(sum(values) / 5, part(1), part(2))
+
+
+def _defect(W: Any, b: Any, mu: float) -> tuple[Any, Any, Any]:
+    """Return the coefficients of G as those of a `Wave`; of one problem, or arrays of many."""
+    (nn, w1, w2), (u1, t11, t12), (u2, t21, t22) = W
+    b_n, b_1, b_2 = b
+    real = b_n * (t12 + t21) - (w1 * b_2 + w2 * b_1)
+    imaginary = b_n * (t22 - t11) - (w2 * b_2 - w1 * b_1)
+    return (
+        mu * (b_n * (t21 - t12) - (w1 * b_2 - w2 * b_1)) / 2,
+        (nn * b_2 - b_n * u2) - 1j * (b_n * u1 - nn * b_1),
+        (real - 1j * imaginary) * (mu / 2),
+    )
 
 
 def slips(W: Sequence[Vector], b: Vector, mu: float) -> list[Slip]:
@@ -141,16 +178,9 @@ def slips(W: Sequence[Vector], b: Vector, mu: float) -> list[Slip]:
     """
     (nn, w1, w2), (u1, t11, t12), (u2, t21, t22) = W
     b_n, b_1, b_2 = b
-    G = Wave(
-        mu * (b_n * (t21 - t12) - (w1 * b_2 - w2 * b_1)) / 2,
-        complex(nn * b_2 - b_n * u2, b_n * u1 - nn * b_1),
-        complex(
-            b_n * (t12 + t21) - (w1 * b_2 + w2 * b_1), b_n * (t22 - t11) - (w2 * b_2 - w1 * b_1)
-        )
-        * (mu / 2),
-    )
-    h = Wave(mu * (t12 - t21) / 2, complex(u2, -u1), complex(-(t12 + t21), t11 - t22) * (mu / 2))
-    A_wave = Wave(nn, complex(-mu * w1, -mu * w2), 0j)
+    G = Wave(*_defect(W, b, mu))
+    h = Wave(mu * (t12 - t21) / 2, complex(u2, u1), complex(-(t12 + t21), t22 - t11) * (mu / 2))
+    A_wave = Wave(nn, complex(-mu * w1, mu * w2), 0j)
     size_b, size_t, size_w = (
         math.hypot(b_1, b_2),
         math.hypot(t11, t12, t21, t22),
@@ -195,6 +225,7 @@ def _refined(A: Wave, h: Wave, b: Vector, angle: float, normal: float) -> tuple[
     A quotient of small numbers leaves more of an equation than its rounding.
     """
     b_n, b_1, b_2 = b
+    slope_A, slope_h = A.slope(), h.slope()
 
     def missed(phi: float, F: float) -> tuple[float, float]:
         c, s = math.cos(phi), math.sin(phi)
@@ -203,8 +234,8 @@ def _refined(A: Wave, h: Wave, b: Vector, angle: float, normal: float) -> tuple[
     for _ in range(2):
         first, second = missed(angle, normal)
         c, s = math.cos(angle), math.sin(angle)
-        a, p = A.value(angle), normal * A.value(angle, 1)
-        k, q = h.value(angle), normal * h.value(angle, 1) - b_2 * s - b_1 * c
+        a, p = A.value(angle), normal * slope_A.value(angle)
+        k, q = h.value(angle), normal * slope_h.value(angle) - b_2 * s - b_1 * c
         determinant = a * q - p * k
         if not determinant:
             break
@@ -222,22 +253,15 @@ def quartic_angles(W: FloatArray, b: FloatArray, mu: float) -> FloatArray:
 
     Those off the unit circle are returned by their angles as well.
     """
-    nn, w1, w2 = W[:, 0].T
-    (u1, t11, t12), (u2, t21, t22) = W[:, 1].T, W[:, 2].T
-    b_n, b_1, b_2 = b.T
-    constant = mu * (b_n * (t21 - t12) - (w1 * b_2 - w2 * b_1)) / 2
-    first = (nn * b_2 - b_n * u2) + 1j * (b_n * u1 - nn * b_1)
-    second = (b_n * (t12 + t21) - (w1 * b_2 + w2 * b_1)) + 1j * (
-        b_n * (t22 - t11) - (w2 * b_2 - w1 * b_1)
-    )
-    lead = second * (mu / 4)
+    constant, first, second = _defect(np.moveaxis(W, 0, -1), b.T, mu)
+    lead = second / 2
     size = np.maximum(np.abs(constant), np.abs(first)) + np.abs(lead)
     lead = np.where(
         np.abs(lead) <= _VANISHES * size, _VANISHES * np.where(size > 0, size, 1.0), lead
     )
     companion = np.zeros((len(W), 4, 4), dtype=complex)
     companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
-    column = np.stack([lead, first / 2, constant + 0j, first.conj() / 2], axis=1)
-    companion[:, :, 3] = -column / lead.conj()[:, None]
+    column = np.stack([lead.conj(), first.conj() / 2, constant + 0j, first / 2], axis=1)
+    companion[:, :, 3] = -column / lead[:, None]
     angles: FloatArray = np.angle(np.linalg.eigvals(companion))
     return angles

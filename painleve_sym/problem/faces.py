@@ -6,7 +6,7 @@ tangent half spaces where they are met. All quantities are scaled to order one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +22,7 @@ _FAR = 1e-12  # 1/(1 + |y|²) of the shortest y: none, but for rounding
 _CUTS = 60  # of a disc; each more than halves the angle that is left
 
 
-@dataclass(frozen=True)
-class Cone:
+class Cone(NamedTuple):
     """A disc of friction within x: ``|x[tangents]| <= mu * (normal . x)``.
 
     Attributes
@@ -60,8 +59,7 @@ class Cone:
         return (size - self.mu * float(self.normal @ x)) / max(1.0, self.mu)
 
 
-@dataclass(frozen=True)
-class Face:
+class Face(NamedTuple):
     """A set of forces that is not empty.
 
     Attributes
@@ -93,31 +91,31 @@ class _End(NamedTuple):
     touched: Cone | None = None
 
 
-@dataclass
 class ForceSet:
     """``x = base + null y`` with linear inequalities and discs.
 
-    Attributes
+    Parameters
     ----------
     base : ndarray, shape (k,)
     null : ndarray, shape (k, d)
         Orthonormal columns.
     rows : ndarray, shape (m, k)
     start : ndarray, shape (m,)
-    cones : tuple of Cone
+    cones : sequence of Cone
+        With them F_n >= 0 of each.
     """
 
-    base: FloatArray
-    null: FloatArray
-    rows: FloatArray
-    start: FloatArray
-    cones: tuple[Cone, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Add F_n >= 0 of each disc."""
-        if self.cones:
-            self.rows = np.vstack([self.rows, *(cone.normal[None] for cone in self.cones)])
-            self.start = np.append(self.start, np.zeros(len(self.cones)))
+    def __init__(
+        self,
+        base: FloatArray,
+        null: FloatArray,
+        rows: FloatArray,
+        start: FloatArray,
+        cones: Sequence[Cone] = (),
+    ) -> None:
+        self.base, self.null, self.cones = base, null, tuple(cones)
+        self.rows = np.vstack([rows, *(cone.normal[None] for cone in cones)])
+        self.start = np.append(start, np.zeros(len(cones)))
 
     def shortest(self) -> Face | None:
         """Return the set with its shortest vector, None where it is empty."""

@@ -54,7 +54,6 @@ class FrictionSet:
         object.__setattr__(self, "mu", number(self.mu, "mu", where=name, lower=0.0))
 
 
-@dataclass(frozen=True)
 class Interval(FrictionSet):
     """The friction of a planar contact: from −μ F_n to μ F_n along its one tangent.
 
@@ -68,7 +67,6 @@ class Interval(FrictionSet):
     n_tangents: ClassVar[int] = 1
 
 
-@dataclass(frozen=True)
 class Brake(FrictionSet):
     """Dry friction of a constant size along one row of its own, such as that of a joint.
 
@@ -97,7 +95,6 @@ class Brake(FrictionSet):
         return self.mu
 
 
-@dataclass(frozen=True)
 class Disc(FrictionSet):
     """The isotropic friction of a contact in space: a disc of radius μ F_n in its tangent plane.
 

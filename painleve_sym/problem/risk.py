@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.arrays import Array
+from painleve_sym.problem.rounding import FloatArray as Array
 from painleve_sym.problem.rounding import rounded_difference
 
 RANK_ONE = 1e-10

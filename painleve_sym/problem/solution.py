@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.equality import Compared
-from painleve_sym.files import plain_fields
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.problem.answers import MotionWithForces
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
 from painleve_sym.problem.law import ROUNDING, ScaledLaw, accelerations

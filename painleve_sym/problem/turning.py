@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -37,20 +38,18 @@ class TurningChoice:
     def __init__(self, law: ScaledLaw, chosen: Sequence[Piece]) -> None:
         self.law, self.chosen = law, list(chosen)
         self.turning = [(i, k) for i, piece in enumerate(chosen) for k in piece.turning]
-        self.family = Family(law, chosen)
 
-    def with_directions(self, angles: Sequence[float]) -> list[Piece]:
-        """Return the pieces for given directions of slip."""
-        complete = list(self.chosen)
-        for (i, k), angle in zip(self.turning, angles, strict=True):
-            ways = list(complete[i].slips)
-            ways[k] = (math.cos(angle), math.sin(angle))
-            complete[i] = pressed(self.law.constraints[i], complete[i].side, tuple(ways))
-        return complete
+    @cached_property
+    def family(self) -> Family:
+        """The choice without the friction of the turning balls."""
+        return Family(self.law, self.chosen)
 
     def slips(self, angles: Sequence[float]) -> Slips:
-        """Return the directions of slip of all balls."""
-        return slips_of(self.with_directions(angles))
+        """Return the directions of slip of all balls, those of the turning ones by their angles."""
+        ways = [list(piece.slips) for piece in self.chosen]
+        for (i, k), angle in zip(self.turning, angles, strict=True):
+            ways[i][k] = (math.cos(angle), math.sin(angle))
+        return tuple(map(tuple, ways))  # type: ignore[arg-type]
 
     def turned(self, angles: Sequence[float]) -> Family:
         """Return the choice as a linear one, in axes along the directions of slip."""
@@ -88,11 +87,6 @@ class TurnedLaw(ScaledLaw):
         return turned
 
 
-def slips_of(chosen: Sequence[Piece]) -> Slips:
-    """Return the directions of slip of pieces that are complete."""
-    return tuple([piece.slips for piece in chosen])  # type: ignore[misc]
-
-
 # ---- one ----
 
 
@@ -101,43 +95,72 @@ def directions(start: TurningChoice) -> Iterator[tuple[float, Vector | None, boo
 
     With the forces, None where the direction alone is known; and whether it is one of a continuum.
     """
-    law, family = start.law, start.family
     ((i, k),) = start.turning
-    constraint, piece = law.constraints[i], start.chosen[i]
-    ball = constraint.balls[k]
-    n, tangents = constraint.normal, list(ball.rows)
+    constraint = start.law.constraints[i]
+    mu = constraint.balls[k].mu
+    eliminated = _eliminated(start)
+    if eliminated is None:
+        yield from _bordered(start)
+        return
+    reduced, offset, completed = eliminated
+    for angle, normal, everywhere in slips(reduced, offset, mu):
+        forces: Vector | None = None
+        if normal is not None:
+            if normal < 0 or (normal == 0 and constraint.opens):
+                continue
+            c, s = math.cos(angle), math.sin(angle)
+            forces = completed(normal, -mu * normal * c, -mu * normal * s)
+            angle, forces = _polished(start, angle, forces)
+        yield angle, forces, everywhere
+
+
+Completed = Callable[[float, float, float], Vector]
+"""Forces of all constraints by F_n and the friction of one disc."""
+
+
+def _eliminated(start: TurningChoice) -> tuple[list[Vector], Vector, Completed] | None:
+    """Return W and b of the turning disc where the others follow it, and their forces.
+
+    None where they have a motion of their own.
+    """
+    law = start.law
+    ((i, k),) = start.turning
+    piece, n, (s, t) = start.chosen[i], law.constraints[i].normal, law.constraints[i].balls[k].rows
+    at = [n, s, t]
+    if sum(len(p.directions) for p in start.chosen) == len(piece.directions[0].rows) == 1:
+
+        def alone(normal: float, first: float, second: float) -> Vector:
+            forces = [0.0] * len(law.b)
+            forces[n], forces[s], forces[t] = piece.side * normal, first, second
+            return forces
+
+        W = [law.W[row] for row in at]
+        own_block = [[piece.side * row[n], row[s], row[t]] for row in W]
+        return own_block, [law.b[row] for row in at], alone
+    family = start.family
     before = sum(len(p.directions) for p in start.chosen[:i])
     own = piece.side * family.G[:, before] / family.G[n, before]
     others = np.delete(family.G, before, axis=1)
     rows = [row for row in family.rows if row != n]
-    W, b = family.W, family.b
-    drives = np.column_stack([W @ own, W[:, tangents]])
+    b = family.b
+    drives = np.column_stack([family.W @ own, family.W[:, [s, t]]])
     rates = np.delete(family.rates, before, axis=1)
     block = rates[rows]
     used, columns = _independent(block)
     if len(columns) < block.shape[1] and _null_moves(block, rates):
-        yield from _bordered(start)
-        return
+        return None
     goal = np.column_stack([drives[rows], b[rows]])[used]
     tied = np.linalg.solve(block[np.ix_(used, columns)], goal)
-    at = [n, *tangents]
     follow = rates[:, columns]
-    reduced = drives[at] - follow[at] @ tied[:, :3]
-    offset = b[at] - follow[at] @ tied[:, 3]
-    for slip in slips(reduced.tolist(), offset.tolist(), ball.mu):
-        forces: Vector | None = None
-        angle = slip.angle
-        if slip.normal is not None and (
-            slip.normal > 0 or (slip.normal == 0 and not constraint.opens)
-        ):
-            f, c, s = slip.normal, math.cos(slip.angle), math.sin(slip.angle)
-            drive = np.array([f, -ball.mu * f * c, -ball.mu * f * s])
-            whole = f * own - others[:, columns] @ (tied @ np.append(drive, 1.0))
-            whole[tangents] += drive[1:]
-            angle, forces = _polished(start, angle, whole)
-        elif slip.normal is not None:
-            continue
-        yield angle, forces, slip.everywhere
+
+    def completed(normal: float, first: float, second: float) -> Vector:
+        drive = np.array([normal, first, second, 1.0])
+        forces: FloatArray = normal * own - others[:, columns] @ (tied @ drive)
+        forces[[s, t]] += drive[1:3]
+        return [float(f) for f in forces]
+
+    reduced = (drives[at] - follow[at] @ tied[:, :3]).tolist()
+    return reduced, (b[at] - follow[at] @ tied[:, 3]).tolist(), completed
 
 
 def _independent(block: FloatArray) -> tuple[list[int], list[int]]:
@@ -309,16 +332,17 @@ def _solved(slopes: FloatArray, missed: FloatArray) -> FloatArray:
         return np.asarray((np.linalg.pinv(slopes) @ missed[..., None])[..., 0], dtype=np.float64)
 
 
-def _polished(start: TurningChoice, angle: float, forces: FloatArray) -> tuple[float, Vector]:
+def _polished(start: TurningChoice, angle: float, forces: Vector) -> tuple[float, Vector]:
     """Return direction and forces after a Newton step of the whole system, where that is better.
 
     Elimination of the other constraints leaves more of an equation than its rounding.
     """
+    k = sum(len(piece.directions) for piece in start.chosen)
+    if sum(len(piece.vanishing) for piece in start.chosen) != k or k < 2:
+        return angle, forces
     system = _System(start)
-    k = system.G.shape[1]
-    if len(system.rows) != k or k < 2:
-        return angle, [float(f) for f in forces]
-    alone = _without(system, forces)
+    alone = np.array(forces)
+    alone[system.tangents[0]] = 0.0
     x = np.asarray(np.linalg.lstsq(system.G, alone, rcond=None)[0][None], dtype=np.float64)
     at = np.array([[angle]])
     missed, sizes = system.defects(x, at)
@@ -327,16 +351,8 @@ def _polished(start: TurningChoice, angle: float, forces: FloatArray) -> tuple[f
     after, _ = system.defects(new, turned)
     sizes = np.where(sizes > 0, sizes, 1.0)
     if not np.max(np.abs(after) / sizes) < np.max(np.abs(missed) / sizes):
-        return angle, [float(f) for f in forces]
+        return angle, forces
     return float(turned[0, 0]), system.forces(new, turned)[0].tolist()
-
-
-def _without(system: _System, forces: FloatArray) -> FloatArray:
-    """Return forces without the friction of the turning discs."""
-    rest = forces.copy()
-    for p, q in system.tangents:
-        rest[[p, q]] = 0.0
-    return rest
 
 
 # ---- several ----

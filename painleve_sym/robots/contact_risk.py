@@ -8,7 +8,7 @@ from typing import Any
 
 from painleve_sym.arrays import Array
 from painleve_sym.equality import Compared
-from painleve_sym.files import finite, plain_fields
+from painleve_sym.plain_data import finite, plain_fields
 from painleve_sym.problem.coefficients import Sector
 from painleve_sym.problem.impact.one_contact import Impact
 from painleve_sym.problem.risk import slip_angle

@@ -14,7 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
-from painleve_sym.files import finite
+from painleve_sym.plain_data import finite
 from painleve_sym.problem.one_contact import contact as contact_answer
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.robots.motion_log import MotionLog

@@ -33,7 +33,6 @@ from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import CompilerMissing
-from painleve_sym.files import of_plain, to_plain
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact import Contact
@@ -42,6 +41,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.motion.runs import simulate_batch
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.plain_data import of_plain, to_plain
 
 Y = Coordinate("y", "height", "m")
 X = Coordinate("x", "place", "m")

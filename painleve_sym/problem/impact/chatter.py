@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from painleve_sym.equality import Compared
-from painleve_sym.files import to_plain
 from painleve_sym.laws.restitution import Measure, restitution_law
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.plain_data import to_plain
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.one_contact import ImpactEnd, solve_impact
 

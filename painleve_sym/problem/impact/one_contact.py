@@ -12,9 +12,9 @@ import numpy as np
 
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
-from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import Measure, RestitutionLaw
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.problem.impact.energy_gain import least_energy_notice
 from painleve_sym.problem.impact.inputs import impact_inputs
 from painleve_sym.problem.impact.path import ImpactPath, ImpactPhase

@@ -24,10 +24,10 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import RunOptions, RunSettings
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.files import plain_fields
 from painleve_sym.laws.catalogue import LawLike
 from painleve_sym.motion.runs import simulator_of
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
 from painleve_sym.units import Value
 

@@ -12,7 +12,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.files import plain_fields
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.progress import progress
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
-from painleve_sym.files import finite, plain_fields
+from painleve_sym.plain_data import finite, plain_fields
 from painleve_sym.progress import Advance, progress
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder, Outcome
 from painleve_sym.study.critical.continuation import VariedCase

@@ -20,8 +20,8 @@ from painleve_sym.codegen.evaluate import expression_function
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
-from painleve_sym.files import to_plain
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.plain_data import to_plain
 
 if TYPE_CHECKING:
     import casadi as ca

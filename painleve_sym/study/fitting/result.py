@@ -8,7 +8,7 @@ from typing import Any
 
 from painleve_sym.arrays import Array
 from painleve_sym.equality import Compared
-from painleve_sym.files import plain_fields
+from painleve_sym.plain_data import plain_fields
 
 
 @dataclass(frozen=True, repr=False, eq=False)

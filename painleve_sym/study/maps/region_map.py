@@ -18,9 +18,9 @@ from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.notebooks import Shown
+from painleve_sym.plain_data import plain_fields
 from painleve_sym.problem.case_codes import LEGEND
 from painleve_sym.progress import progress
 from painleve_sym.study.maps.axes import MapPlace, checked_slip, map_place, reaching
