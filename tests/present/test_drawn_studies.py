@@ -86,12 +86,16 @@ def test_a_fit_row_by_row_shows_the_model_over_the_data():
 def test_derivatives_over_time_are_per_relative_change():
     simulator = ps.Simulator("rod", "bilinear-hertz")
     own = simulator.sensitivities(ROD, wrt="mu,m", t_end=3e-3)
-    figure = sensitivity_figure(own, "theta_dot", "rate (rad/s)")
+    figure = sensitivity_figure(own, "theta_dot", "rate (rad/s)", {"m": "M"}, 1e-4)
     above, below = figure.axes
+    (legend,) = figure.legends
+    assert above.get_legend() is below.get_legend() is None
+    assert "event" in [text.get_text() for text in legend.get_texts()]
     x = np.asarray(above.lines[0].get_xdata()) / 1e3
+    assert x[0] == pytest.approx(1e-4, rel=0.1)
     np.testing.assert_allclose(above.lines[0].get_ydata(), own.trajectory.values("theta_dot", x))
     labels = {name: rf"$\{name}\,\partial/\partial \{name}$" for name in ("mu",)}
-    labels["m"] = r"$m\,\partial/\partial m$"
+    labels["m"] = r"$M\,\partial/\partial M$"
     lines = {str(line.get_label()): line for line in below.lines}
     for k, name in enumerate(("mu", "m")):
         slopes = own.gradient("theta_dot", x)[:, k] * own.trajectory.parameters[name]

@@ -181,15 +181,6 @@ def test_words_and_units_of_a_film(slow):
     assert clock and float(clock[1]) == pytest.approx(1e3 * scene.times[6], abs=0.01)
 
 
-def test_strip_of_a_film_is_the_normal_force(slow):
-    scene, shown, _ = slow
-    curve = shown.strip.lines[0]
-    places = np.asarray(curve.get_xdata()) * shown.rate
-    expected = np.interp(np.arange(len(scene.times)), places, curve.get_ydata())
-    largest = scene.outputs["normal_force"].max()
-    assert np.abs(expected - scene.outputs["normal_force"]).max() < 0.05 * largest
-
-
 def test_contacts_of_a_film_are_named_in_their_colours_off_the_curves(feet):
     _, shown, _ = feet
     legend = shown.strip.get_legend()
