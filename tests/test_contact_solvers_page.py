@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import importlib
 import json
 import math
@@ -138,12 +137,3 @@ def test_mujoco_takes_the_step_of_the_closed_form(theta, mu, monkeypatch):
     free = (rows @ data.qacc_smooth - data.efc_aref[[0, 2]]) * sign
     force, _ = page.cone_dual_step(W + np.diag(data.efc_R[[0, 2]]), mu, free)
     assert data.efc_force[[0, 2]] * sign == pytest.approx(force, rel=1e-5)
-
-
-def test_detector_of_the_page_says_what_is_shown():
-    text = page.PAGES[0].read_text("utf-8")
-    blocks = "\n".join(re.findall(r"```python\n(.*?)```", text, re.S))
-    test = doctest.DocTestParser().get_doctest(blocks, {}, "page", None, 0)
-    runner = doctest.DocTestRunner()
-    runner.run(test)
-    assert runner.summarize(verbose=False).failed == 0 and runner.tries >= 8

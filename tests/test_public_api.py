@@ -158,13 +158,6 @@ def test_mypy_sees_the_public_interface_from_a_client():
     assert reported == expected, answer.stdout
 
 
-def test_examples_of_the_page_run(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    page = ROOT / "docs" / "api.md"
-    result = doctest.testfile(str(page), module_relative=False)
-    assert result.attempted > 10 and result.failed == 0
-
-
 def test_results_are_one_line_pickle_and_have_the_data_that_the_page_says():
     ps = painleve_sym
     rod, law = ps.models.rod(mu=1.5), ps.laws.bilinear_hertz(E=209e9)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import re
 import shutil
 
@@ -37,6 +38,18 @@ def test_a_page_shows_what_its_commands_print(path, tmp_path, monkeypatch):
     page = Page(path, tmp_path)
     page.run()
     assert page.commands > 0
+
+
+EXAMPLES = sorted(p for p in DOCS.glob("*.md") if re.search(r"^>>> ", p.read_text("utf-8"), re.M))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_examples_of_a_page_print_what_it_says(path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    text = "\n".join(re.findall(r"^```python\n(.*?)^```", path.read_text("utf-8"), re.M | re.S))
+    result = doctest.DocTestRunner(verbose=False)
+    result.run(doctest.DocTestParser().get_doctest(text, {}, path.name, None, 0))
+    assert result.tries > 3 and result.failures == 0
 
 
 def test_pages_of_text_show_no_command():

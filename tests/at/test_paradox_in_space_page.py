@@ -1,6 +1,5 @@
-"""The examples of docs/paradox-in-space.md print what they say; its formulas hold."""
+"""The formulas and numbers of docs/paradox-in-space.md."""
 
-import doctest
 import json
 import re
 from pathlib import Path
@@ -13,12 +12,6 @@ from tests.site_pages import Page
 from tests.study.study_scripts import study_script
 
 ROOT = Path(__file__).parents[2]
-
-
-def test_examples_of_the_page_print_what_they_say():
-    page = ROOT / "docs" / "paradox-in-space.md"
-    result = doctest.testfile(str(page), module_relative=False)
-    assert result.attempted >= 9 and result.failed == 0
 
 
 def test_command_of_the_page_prints_what_it_shows(tmp_path, monkeypatch):

@@ -16,6 +16,8 @@ CRITICAL = ("critical", "rod", "--state", TABLE_4)
 # Arguments, and words the message must hold.
 CASES = [
     (("simulat",), "Did you mean 'simulate'?"),
+    (("sweep",), "SWEEP"),
+    (("sweep", "absent.toml"), "No such file"),
     (("--verson",), "Did you mean '--version'?"),
     (("",), "unknown command ''"),
     (("classify",), "CASE"),

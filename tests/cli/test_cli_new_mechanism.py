@@ -174,25 +174,3 @@ def test_map_counts_the_inconsistent_points_of_the_coefficients_by_hand(capsys, 
     assert sum(data["counts"].values()) == 25
     assert data["counts"].get("inconsistent", 0) == expected
     assert data["mechanism"] == "swing"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", ["hertz", "rigid"])
-def test_simulate_keeps_its_energy_and_falls_onto_the_belt(capsys, file, law):
-    state = f"x={X - 0.02!r},phi={PHI!r}"
-    data = run_json(capsys, "simulate", file, "--state", state, "--law", law, "--t-end", "0.02")
-    assert data["stop_reason"] == "t_end"
-    assert any(event["kind"] == "touchdown" for event in data["events"])
-    assert abs(data["energy_residual"]) < 1e-7
-
-
-@pytest.mark.slow
-def test_contrast_runs_every_method(capsys, file):
-    # Of longer steps some find the tip just above the belt.
-    quick = ("--steps", "1e-4", "--solvers", "least-impulse", "--t-end", "2e-3")
-    data = run_json(capsys, "contrast", file, "--state", STATE, *quick)
-    W, b, _, _ = _by_hand()
-    force = -b[0] / (W[0, 0] + P["mu"] * W[0, 1])
-    if force > 0:
-        impulse = data["stepping"][0]["normal_impulse"]
-        assert impulse == pytest.approx(2e-3 * force, rel=0.05)

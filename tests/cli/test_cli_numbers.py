@@ -18,7 +18,6 @@ from tests.cli.cli_helpers import (
     ROOT,
     STIFF,
     TABLE_1,
-    TABLE_2,
     TABLE_3,
     TABLE_4,
     only_contact,
@@ -89,17 +88,6 @@ def test_jump_json_agrees_with_the_package(capsys):
     assert data["final"]["velocity"]["theta_dot"] == pytest.approx(1.60984, abs=0.5e-5)
 
 
-def test_jump_rules_differ_and_the_default_is_energetic(capsys):
-    speed = {}
-    for rule in ("energetic", "poisson", "newton"):
-        data = run_json(capsys, "jump", "rod", "--state", TABLE_3, "--rule", rule)
-        speed[rule] = data["final"]["velocity"]["y_A_dot"]
-    default = run_json(capsys, "jump", "rod", "--state", TABLE_3)
-    assert default["final"]["velocity"]["y_A_dot"] == speed["energetic"]
-    assert speed["newton"] == pytest.approx(0, abs=1e-15)
-    assert speed["newton"] < speed["energetic"] < speed["poisson"]
-
-
 def test_jump_text_lists_phases_and_velocities(capsys):
     code, out, err = run(capsys, "jump", "rod", "--state", TABLE_3)
     assert (code, err) == (0, "")
@@ -130,40 +118,6 @@ def test_simulate_json_is_the_trajectory_of_the_package(capsys):
     assert {"time", "state", "normal_force"} <= set(data["final"])
     assert abs(data["energy_residual"]) < 1e-9
     assert data["counters"]["accepted_steps"] > 0
-
-
-def test_simulate_table_1_gives_the_first_maximum_of_the_paper(capsys):
-    options = (*LAW, "--law-set", "n=1.764,reload=virgin", "--t-end", "0.01")
-    data = run_json(capsys, "simulate", "rod", "--state", TABLE_1, *options)
-    peak = next(e for e in data["events"] if e["kind"] == "max_compression")
-    assert peak["normal_force"] == pytest.approx(16.763, abs=0.5e-3)
-    assert peak["time"] == pytest.approx(1.918e-3, abs=0.5e-6)
-
-
-def test_simulate_table_2_flies(capsys):
-    data = run_json(capsys, "simulate", "rod", "--state", TABLE_2, *LAW, "--t-end", "0.01")
-    assert data["final"]["state"]["y_A"] > 0
-    assert data["final"]["normal_force"] == 0
-
-
-# Initial forces of tables 5 and 6; the second one separates lift-off from impact.
-@pytest.mark.parametrize(
-    ("modulus", "force", "impact"),
-    [
-        (20.9e14, 0, False),
-        (20.9e14, 150, False),
-        (20.9e14, 300, False),
-        (20.9e16, 350, True),
-        (20.9e16, 500, True),
-        (20.9e16, 1000, True),
-    ],
-)
-def test_simulate_tables_5_and_6_lift_off_or_impact(capsys, modulus, force, impact):
-    options = (*LAW, "--law-set", f"E={modulus}", "--initial-force", force, "--t-end", "0.001")
-    data = run_json(capsys, "simulate", "rod", "--state", TABLE_4, *options, "--samples", "2")
-    assert data["samples"]["normal_force"][0] == pytest.approx(force, rel=1e-12, abs=1e-12)
-    assert ("slip_stop" in [e["kind"] for e in data["events"]]) is impact
-    assert data["final"]["state"]["y_A_dot"] > 0
 
 
 def test_simulate_samples_are_even_and_complete(capsys):
@@ -294,15 +248,6 @@ def test_simulate_plot_writes_the_format_of_the_suffix(capsys, tmp_path, suffix,
     first = path.read_bytes()
     run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
     assert path.read_bytes() == first
-
-
-@pytest.mark.slow
-def test_simulate_plot_of_many_events_is_written(capsys, tmp_path):
-    path = tmp_path / "run.png"
-    options = (*LAW, "--t-end", "0.1", "--plot", path)
-    data = run_json(capsys, "simulate", "rod", "--state", TABLE_1, *options)
-    assert len(data["events"]) > 60
-    assert path.exists()
 
 
 def test_simulate_says_so_when_there_is_nothing_to_plot(capsys, tmp_path):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from painleve_sym.study.sweeps.store import Store
 from tests.cli.cli_helpers import run
 from tests.study.sweep_cases import SMALL
 
@@ -36,17 +35,6 @@ def test_sweep_names_its_result_after_the_file(capsys, file, tmp_path):
         assert data.attrs["title"] == "a small sweep"
 
 
-def test_sweep_json_has_counts_and_ranges(capsys, file):
-    import json
-
-    code, out, _ = run(capsys, "sweep", file, "--out", "small.npz", "--json")
-    data = json.loads(out)
-    assert code == 0
-    assert data["points"] == 36 and data["stop_reasons"] == {"until": 36}
-    force = data["quantities"]["max_normal_force"]
-    assert force["unit"] == "N" and 0 < force["from"] < force["to"] and force["missing"] == 0
-
-
 def test_sweep_says_how_many_energy_balances_do_not_close(capsys, file, monkeypatch):
     code, out, _ = run(capsys, "sweep", file, "--out", "small.npz", "--threads", "1")
     assert code == 0 and "energy balance" not in out
@@ -61,44 +49,3 @@ def test_sweep_says_how_many_energy_balances_do_not_close(capsys, file, monkeypa
     said = " ".join(out.split())
     assert "The energy balance of 5 of 36 motions does not close" in said
     assert f"energy_residual up to {residuals[-1]:.2g}" in said
-
-
-def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, monkeypatch):
-    write = Store.write
-
-    def stopped(self, start, chunk):
-        if start == 20:
-            raise KeyboardInterrupt
-        write(self, start, chunk)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Store, "write", stopped)
-        code, _, err = run(capsys, "sweep", file, "--out", "small.npz")
-    assert code == 130
-    assert "small.npz.parts; the same command resumes there" in err
-    starts = []
-
-    def write_and_note(self, start, chunk):
-        starts.append(start)
-        write(self, start, chunk)
-
-    monkeypatch.setattr(Store, "write", write_and_note)
-    code, _, _ = run(capsys, "sweep", file, "--out", "small.npz")
-    assert code == 0
-    assert starts[0] == 20
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "message"),
-    [
-        (("absent.toml",), 2, "No such file"),
-        (("small.toml", "--out", "x.csv"), 2, "suffix '.csv'"),
-        (("small.toml", "--threads", "0"), 2, "--threads"),
-        (("small.toml", "--out", "nowhere/x.npz"), 2, "no such folder"),
-        ((), 2, "SWEEP"),
-    ],
-)
-def test_faults_are_one_line(capsys, file, arguments, code, message):
-    returned, out, err = run(capsys, "sweep", *arguments)
-    assert returned == code and out == ""
-    assert message in err and len(err.splitlines()) == 1

@@ -156,13 +156,6 @@ def test_the_width_of_a_figure_is_in_cm(text, inches):
     assert look == {"width": pytest.approx(inches, rel=1e-14)}
 
 
-def test_the_size_of_a_picture_is_its_width(capsys, tmp_path):
-    path = tmp_path / "map.png"
-    run(capsys, "map", "rod", "--over", "theta,mu", "--points", "8", "--width", "10", "--out", path)
-    pixels = int.from_bytes(path.read_bytes()[16:20], "big")
-    assert pixels == pytest.approx(300 * 10 / 2.54, abs=1)
-
-
 def test_samples_of_a_motion_are_its_values(capsys):
     command = ("simulate", "rod", "--state", TABLE_3, *LAW, "--t-end", "0.01", "--samples", "5")
     _, out, _ = run(capsys, *command)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import math
 from pathlib import Path
 
@@ -144,12 +143,6 @@ def test_contact_of_a_robot():
     for name, after in jump.velocity.items():
         assert finest.velocity[name] == pytest.approx(after, abs=3e-3)
     assert comparison.stiffness_orders[-1] == pytest.approx(-1 / 3, abs=0.02)
-
-
-def test_examples_of_the_page_print_what_they_say():
-    page = Path(__file__).parents[2] / "docs" / "contrast.md"
-    result = doctest.testfile(str(page), module_relative=False)
-    assert result.attempted >= 8 and result.failed == 0
 
 
 def test_held_contact_has_no_jump_and_no_error():
