@@ -29,13 +29,23 @@ def figures(items):
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_figure_texts_do_not_overlap(figures, name):
-    assert_texts_apart(figures[name][1], name)
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_figure_texts_stay_inside_and_are_legible(figures, name):
-    assert_texts_legible(figures[name][1])
+def test_figure_is_labelled_legible_and_of_a_standard_width(figures, name):
+    item, figure = figures[name]
+    assert_texts_apart(figure, name)
+    assert_texts_legible(figure)
+    assert figure.get_size_inches()[0] == (COLUMN if len(item.series) == 1 else PAGE)
+    for legend in figure.legends:
+        top = legend.get_window_extent().y1
+        assert all(top <= axes.bbox.y0 for axes in figure.axes)
+    for letter, axes, panel in zip("abcdef", figure.axes, item.series, strict=False):
+        assert f"({panel.x.unit})" in axes.get_xlabel()
+        assert f"({panel.y.unit})" in axes.get_ylabel()
+        if len(item.series) > 1:
+            assert axes.get_title(loc="left").startswith(f"({letter})")
+        (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+        for curve in axes.get_lines():
+            x, y = np.asarray(curve.get_xdata()), np.asarray(curve.get_ydata())
+            assert np.any((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)) or len(x) == 2
 
 
 @pytest.mark.slow
@@ -45,41 +55,6 @@ def test_texts_of_every_figure_are_apart_and_legible():
             figure = painted(draw(item.series))
             assert_texts_apart(figure, item.id)
             assert_texts_legible(figure)
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_figure_legend_lies_below_the_axes(figures, name):
-    _, figure = figures[name]
-    for legend in figure.legends:
-        top = legend.get_window_extent().y1
-        assert all(top <= axes.bbox.y0 for axes in figure.axes)
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_figure_has_a_letter_and_labels_with_units_on_every_panel(figures, name):
-    item, figure = figures[name]
-    assert len(figure.axes) == len(item.series)
-    for letter, axes, panel in zip("abcdef", figure.axes, item.series, strict=False):
-        assert f"({panel.x.unit})" in axes.get_xlabel()
-        assert f"({panel.y.unit})" in axes.get_ylabel()
-        if len(item.series) > 1:
-            assert axes.get_title(loc="left").startswith(f"({letter})")
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_figure_has_the_width_of_a_column_or_a_page(figures, name):
-    item, figure = figures[name]
-    assert figure.get_size_inches()[0] == (COLUMN if len(item.series) == 1 else PAGE)
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_figure_curves_show_inside_their_panel(figures, name):
-    _, figure = figures[name]
-    for axes in figure.axes:
-        (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
-        for curve in axes.get_lines():
-            x, y = np.asarray(curve.get_xdata()), np.asarray(curve.get_ydata())
-            assert np.any((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)) or len(x) == 2
 
 
 def test_figure_marks_have_a_name_for_every_kind_used(items):
