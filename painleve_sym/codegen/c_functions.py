@@ -116,7 +116,7 @@ def _head(number: int, level: str) -> str:
 
 
 def _without_copies(blocks: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the blocks without those that compute what an earlier one does, and their names.
+    """Return the blocks without duplicates, and their names.
 
     Modes have much in common: of the functions of a rod every third is another one's copy.
     """

@@ -96,7 +96,7 @@ class Compiler:
 
 
 def _answer(command: Sequence[str], **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end, and return what it says."""
+    """Run a program to its end, and return its output."""
     pipes: Any = {"stdin": subprocess.DEVNULL, "capture_output": True}
     return subprocess.run(command, text=True, errors="replace", **pipes, **options)
 
@@ -136,7 +136,7 @@ def _zig_program() -> Path | None:
 
 @functools.lru_cache(maxsize=16)
 def _version(command: tuple[str, ...]) -> str | None:
-    """Return the first line of what a compiler says of its version, or None where it says none."""
+    """Return the first line of a compiler's version, or None without one."""
     try:
         answer = _answer([*command, "--version"], timeout=30, check=True)
     except (OSError, ValueError, subprocess.SubprocessError):

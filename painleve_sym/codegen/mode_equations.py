@@ -156,7 +156,7 @@ def lambdified_equations(
 
 
 def _equations(automaton: HybridAutomaton, mode: Mode, **functions: Any) -> ModeEquations:
-    """Return functions with the names of what they take and give."""
+    """Return functions with the names of their arguments and results."""
     return ModeEquations(
         mode=mode.name,
         states=tuple(map(str, automaton.states)),

@@ -114,7 +114,7 @@ class AutomatonFunctions:
     def _with_terms(
         symbols: Mapping[Any, ca.SX], terms: Terms, **options: float
     ) -> dict[Any, ca.SX]:
-        """Return the symbols with those of the terms."""
+        """Return the symbols with the symbols of the terms."""
         table = dict(symbols)
         for term in terms:
             translate = Translator(table, **options)

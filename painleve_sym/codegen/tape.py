@@ -219,7 +219,7 @@ class TapeOutputs:
 
     @classmethod
     def of_data(cls, data: Any) -> TapeOutputs:
-        """Return what `to_data` wrote; InputError where it is not that."""
+        """Return the tapes of data by `to_data`; InputError for other data."""
         if not isinstance(data, list) or not data:
             raise InputError("formulas as operations: got no list of them.")
         return cls(tuple(Tape.of_data(entry) for entry in data))

@@ -277,7 +277,7 @@ class VariationalFunctions(AutomatonFunctions):
     def _extended(
         self, after: ca.SX, after_by: Rows, states: ca.SX, of_event: Sequence[ca.SX]
     ) -> list[ca.SX]:
-        """Return states and memory after a reset, each followed by what extends it."""
+        """Return states and memory after a reset, each followed by its derivatives."""
         nx, slopes = self._x.numel(), self._along(after_by, states)
         x = ca.vertcat(after[:nx], _listed(slopes[:nx, :], self._S.sparsity()))
         z = (after[nx:], _listed(slopes[nx:, :], self._Z.sparsity()), *(e.T for e in of_event))

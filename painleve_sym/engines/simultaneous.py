@@ -85,7 +85,7 @@ class PathEvent(NamedTuple):
 
 
 class Straight(NamedTuple):
-    """A straight piece, with what it was made of; the numbers are those before it.
+    """A straight piece with its inputs; the numbers are the values before it.
 
     `fixed` is dP/dτ but for its unknowns, `columns` are their directions, shape (2 n, len(rows)),
     and `rows` the rates that they make vanish; `push` and `rates` are dP/dτ and dv/dτ. The event

@@ -112,7 +112,7 @@ class ContactLaw(Compared, Deferred):
 
     @cached_property
     def remembers(self) -> tuple[str, ...]:
-        """Names of what the force depends on besides δ, δ̇ and the slip; empty where on nothing.
+        """Names of quantities besides δ, δ̇ and the slip on which the force depends.
 
         Examples
         --------

@@ -123,6 +123,6 @@ def _impulse(name: str, meaning: str, phase: Phase) -> ImpulsePhase:
 
 
 def impulse_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the units of what a phase of the jump gives."""
+    """Return the units of the results of a phase of the jump."""
     velocities = {v.name: v.unit for v in mechanism.system.velocities}
     return {name: QUANTITIES[name].unit for name in IMPULSE_VALUES} | velocities

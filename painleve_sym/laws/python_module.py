@@ -59,7 +59,7 @@ def python_module(mechanism: Mechanism, sections: Sequence[Section] | None = Non
 
 
 def _meanings(mechanism: Mechanism) -> dict[sp.Symbol, str]:
-    """Return what each possible argument means, in the order arguments are given."""
+    """Return the meaning of each possible argument, in the order arguments are given."""
     system = mechanism.system
     meanings = {c.symbol: f"{c.meaning}; {c.unit}" for c in system.coordinates}
     meanings |= {v.symbol: f"{v.meaning}; {v.unit}" for v in system.velocities}

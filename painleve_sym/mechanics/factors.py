@@ -11,7 +11,7 @@ import sympy as sp
 
 @lru_cache(maxsize=2048)
 def factored(expr: sp.Expr) -> sp.Expr:
-    """Return what ``sympy.factor`` does, sooner where a symbol occurs to the first power only.
+    """Return the result of ``sympy.factor``, sooner where a symbol occurs to the first power only.
 
     What is linear in a symbol x, a x + b, has the factors that a and b share, and one more.
     """
@@ -31,7 +31,7 @@ def factored(expr: sp.Expr) -> sp.Expr:
 
 @lru_cache(maxsize=2048)
 def factor_terms(expr: sp.Expr) -> sp.Expr:
-    """Return what ``sympy.factor_terms`` does, several times faster for a sum of monomials."""
+    """Return the result of ``sympy.factor_terms``, several times faster for a sum of monomials."""
     if not _is_sum_of_monomials(expr):
         return sp.factor_terms(expr)
     common = _common_factor(expr.args)

@@ -25,7 +25,7 @@ _NAMELESS = (sp.Dummy, sp.Wild)
 
 
 class _NotPlain(Exception):
-    """An expression holds what has no plain form."""
+    """An expression has a part without a plain form."""
 
 
 def kept(title: str, expr: sp.Expr, search: Callable[[sp.Expr], sp.Expr]) -> sp.Expr:

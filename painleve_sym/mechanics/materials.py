@@ -179,7 +179,7 @@ def material(name: str) -> Material:
 
 
 def two_materials(given: MaterialsLike) -> tuple[Material, Material]:
-    """Return the materials of the moving body and of the other; one material is that of both.
+    """Return the materials of the moving body and of the other; a single one is for both.
 
     Raises
     ------

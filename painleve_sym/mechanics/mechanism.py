@@ -345,7 +345,7 @@ class Mechanism(Shown, Deferred):
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Sentences on what its rigid contact problem leaves out, such as modes of its bodies."""
+        """Sentences on effects outside its rigid contact problem, such as modes of its bodies."""
         return self.outline.truncation_notices
 
     @property

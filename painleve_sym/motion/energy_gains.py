@@ -90,7 +90,7 @@ def _end_of_impact(events: Sequence[EventRecord], k: int) -> int:
 
 
 def _contacts(event: EventRecord, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the contact of an event, or those of several that an impact pushes."""
+    """Return the contact of an event, or all contacts that an impact pushes."""
     if event.contact:
         return (event.contact,)
     at = ContactRows(len(names))

@@ -103,7 +103,7 @@ class MotionNames(Compared):
     source: str
 
     def of_contact(self, name: str, contact: str) -> str:
-        """Return a name of a state or output, of several contacts with that of its contact."""
+        """Return a name of a state or output; of several contacts, with its contact's name."""
         return f"{name}_{contact}" if len(self.contacts) > 1 and contact else name
 
 

@@ -107,13 +107,13 @@ class Answers:
         self.all.append(answer)
 
     def _add_family(self, law: ScaledLaw, family: Family) -> None:
-        """Add what a singular choice leaves."""
+        """Add the solutions of a singular choice."""
         answer = self._of_family(law, family)
         if answer is not None:
             self._merge(answer)
 
     def _of_family(self, law: ScaledLaw, family: Family) -> MotionWithForces | None:
-        """Return what a singular choice leaves, None where that is nothing or known."""
+        """Return motion and forces of a singular choice; None without, and for a known motion."""
         if not family.reached:
             self._families.append(family)
             return None

@@ -124,7 +124,7 @@ def power_of_two(size: float) -> float:
 # The same few for all states of a mechanism.
 @functools.lru_cache(maxsize=512)
 def pieces(constraint: Constraint) -> tuple[Piece, ...]:
-    """Return what a constraint may do at zero normal velocity: lift-off, slips, stick."""
+    """Return the pieces of a constraint's law at zero normal velocity: lift-off, slips, stick."""
     none: tuple[tuple[float, ...] | None, ...] = ((),) * len(constraint.balls)
     n = constraint.normal
     offered = []

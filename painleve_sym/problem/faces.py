@@ -162,7 +162,7 @@ class ForceSet:
         return level if level > _LEVEL_ROUNDING * base else base or 1.0
 
     def _nearest(self, margin: float) -> _End:
-        """Return the point nearest to the base, inside by a margin, or what prevents it.
+        """Return the point nearest to the base, inside by a margin, or the reason for having none.
 
         Discs add the rows that touch them.
         """

@@ -126,7 +126,7 @@ class ScaledLaw:
         ]
 
     def _tidy(self) -> None:
-        """Remove what rounding leaves of zeros where the axes of a disc are turned."""
+        """Set components to 0 that are rounding where the axes of a disc are turned."""
         at = self.row_part
         for i, row in enumerate(self.W):
             sizes = self.part_sizes[at[i]]
@@ -184,7 +184,7 @@ class ScaledLaw:
         return Motion(a, self.lengths(a), terms)
 
     def scale(self, k: int, terms: Vector) -> float:
-        """Return what the acceleration of a part is compared with."""
+        """Return the size with which the acceleration of a part is compared."""
         T, beta = terms[k], self.beta[k]
         if not beta:  # where no b acts, forces count against forces
             return T
@@ -232,7 +232,7 @@ class ScaledLaw:
     def _opposing(
         ball: Ball, forces: Vector, a: Vector, limit: float, span: float, terms: float
     ) -> float:
-        """Return what friction misses of its limit against the slip, or against a_t at rest."""
+        """Return the residual of friction at its limit against the slip, or against a_t at rest."""
         if len(ball.rows) == 1:
             (t,) = ball.rows
             rate = a[t]
@@ -331,7 +331,7 @@ class ScaledLaw:
         return any(most > largest > 0 for largest, most in worst.values())
 
     def _candidates(self, forces: Vector) -> Iterator[Vector]:
-        """Yield the forces without what a solve may have left of zeros, and as they are.
+        """Yield the forces with rounding of zeros removed, and as they are.
 
         Noise is what is small beside the largest force in comparable units, or whole constraints
         that matter to no acceleration.

@@ -273,7 +273,7 @@ _NO_SLIP = (), (0.0,), (0.0, 0.0)
 
 
 def _mode(lifted: bool, ways: tuple[tuple[float, ...], ...]) -> ContactMode:
-    """Return what a constraint does by its first ball."""
+    """Return the mode of a constraint by its first ball."""
     if lifted:
         return ContactMode.LIFTOFF
     if not ways:

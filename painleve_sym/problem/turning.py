@@ -246,7 +246,7 @@ class _System:
         return forces
 
     def defects(self, x: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what the equations miss, shape (s, k + m), and the sizes of their terms."""
+        """Return the residuals of the equations, shape (s, k + m), and the sizes of their terms."""
         forces = self.forces(x, angles)
         a = forces @ self.W + self.b
         terms = np.abs(forces) @ np.abs(self.W) + np.abs(self.b)

@@ -70,7 +70,7 @@ class Robot:
 
     @property
     def joints(self) -> dict[str, Joint]:
-        """Joints by name, without those that follow another one."""
+        """Joints by name, without mimic joints."""
         return self.tree.joints
 
     @property

@@ -223,7 +223,7 @@ class RobotTree:
 
     @cached_property
     def joints(self) -> dict[str, Joint]:
-        """The joints by name, without those that follow another one."""
+        """The joints by name, without mimic joints."""
         joints = (body.joint for body in self.bodies)
         return {j.name: j for j in joints if j is not None and j.mimic is None}
 

@@ -51,7 +51,7 @@ MAX_COUNT = 1_000_000_000
 
 @dataclass(frozen=True)
 class Scenario(CaseSettings):
-    """One case: a mechanism, a state, and what the question asked of it needs.
+    """One case: a mechanism, a state, and the settings of a question.
 
     Attributes are those of `simulate`, by the names that a file has; None stands for its defaults,
     and for no state, law or material. `model` names the mechanism, `contact` the only one of
@@ -102,7 +102,7 @@ class Scenario(CaseSettings):
         others: Sequence[str] = (),
         mechanism: Callable[[str], Mechanism] | None = None,
     ) -> Scenario:
-        """Return the scenario that data describe; what is wrong with them is added to the faults.
+        """Return the scenario that data describe; their faults are recorded.
 
         `others` are keys that the file may have besides. `mechanism` makes that of a name.
         """
@@ -431,7 +431,7 @@ _OF_CONTACT = ("point", "normal", "radius", "joints", "pose", "locked", "others"
 
 
 def _read_robot(faults: Faults, key: str, value: Any) -> dict[str, Any]:
-    """Read what says where the contact of a robot is; `Robot.contact` knows its names."""
+    """Read the settings of the contact of a robot; `Robot.contact` knows their names."""
     if not isinstance(value, Mapping):
         raise _wrong(key, value, "a table [robot]")
     known, read = (*_OF_FILE, *_OF_CONTACT), dict(value)
@@ -498,7 +498,7 @@ def _read_law(faults: Faults, key: str, value: Any) -> dict[str, Any]:
 
 
 def _read_names(faults: Faults, mechanism: Mechanism, values: dict[str, Any]) -> None:
-    """Check what depends on the mechanism, and convert numbers by name to SI units."""
+    """Check names against the mechanism, and convert numbers to SI units."""
     of_law: Sequence[Parameter] | None = None
     if "law" in values:
         with faults.at("law"):

@@ -28,7 +28,7 @@ _TOO_LONG = (
 
 
 def spatial_sections(mechanism: Mechanism) -> Iterator[Section]:
-    """Yield what the only contact of a mechanism in space feels, in reading order."""
+    """Yield the sections of the only contact of a mechanism in space, in reading order."""
     contact = mechanism.contact
     if (count := sp.count_ops(contact.J)) > LONGEST_JACOBIAN:
         gap = Formula("gap", contact.gap, "m", "gap g_N", "g_N")

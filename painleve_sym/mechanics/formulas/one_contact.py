@@ -31,7 +31,7 @@ LEFT, RIGHT = "slip to the left (v_t < 0)", "slip to the right (v_t > 0)"
 
 
 def contact_sections(mechanism: Mechanism) -> tuple[Section, ...]:
-    """Return what the only contact of a mechanism feels: mobility, slip, sticking, friction."""
+    """Return the sections of the only contact: mobility, slip, sticking, friction."""
     return (
         _contact(mechanism),
         _slip(mechanism),
@@ -77,7 +77,7 @@ def _registered(title: str, values: Mapping[str, sp.Expr], note: str) -> Section
 
 
 def _bilateral(mechanism: Mechanism) -> Iterator[Section]:
-    """Yield what a contact held from both sides adds: two forces, their number, the impulse."""
+    """Yield the sections of a bilateral contact: two forces, their number, the impulse."""
     forms = BilateralForms(mechanism.coefficients)
     forces = []
     for direction, s, words in (("neg", -1, LEFT), ("pos", 1, RIGHT)):
@@ -139,7 +139,7 @@ def _bilateral(mechanism: Mechanism) -> Iterator[Section]:
 
 
 def _critical(mechanism: Mechanism) -> Section:
-    """Return the critical friction, and what closed forms its minimum has."""
+    """Return the critical friction, and the closed forms of its minimum."""
     title, c = "friction and the paradox", mechanism.coefficients
     try:
         critical = critical_friction(c)

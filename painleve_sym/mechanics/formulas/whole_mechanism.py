@@ -80,7 +80,7 @@ def _motion(mechanism: Mechanism) -> Section:
 
 
 def _together(mechanism: Mechanism) -> Iterator[Section]:
-    """Yield what several contacts feel together: mobility, and normal forces while all slide."""
+    """Yield the sections of several contacts: mobility, and normal forces while all slide."""
     contacts = mechanism.contacts
     W = ContactSet(mechanism).W.applyfunc(reduced)
     free = sp.Matrix([b for c in mechanism.all_coefficients for b in (c.b_n, c.b_t)])

@@ -347,7 +347,7 @@ def _root_of_factors(product: sp.Expr) -> sp.Expr:
 
 
 def _extremes(form: sp.Expr, t: sp.Symbol) -> list[tuple[sp.Expr, sp.Expr]]:
-    """Return where a rational function is stationary or ends, with a finite value >= 0.
+    """Return stationary and end points of a rational function with a finite value >= 0.
 
     A limit 0 at an end counts, and so does a zero of W_nn.
     """

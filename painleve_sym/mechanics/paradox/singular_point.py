@@ -80,7 +80,7 @@ class SingularPoint:
 
     @cached_property
     def B_rate_per_force(self) -> sp.Expr:
-        """β₁: what a unit of normal force adds to Ḃ; 1/(kg s)."""
+        """β₁ = ∂Ḃ/∂F_n; 1/(kg s)."""
         normal, tangential = self.coefficients.force_directions
         direction = normal - self.slip * self.coefficients.mu * tangential
         return self.write((self._velocity_gradient * direction)[0])

@@ -94,7 +94,7 @@ class Formulas:
     broken: set[str] = field(default_factory=set)
 
     def define(self, name: str, text: object) -> list[TextFault]:
-        """Make `name` stand for a formula from now on; return what is wrong with the formula."""
+        """Define `name` as a formula; return the fault of the formula."""
         part, faults = self._translate(text)
         if part is None:
             # Later uses are not faults of their own.

@@ -57,7 +57,7 @@ class Faults:
 
     @contextmanager
     def at(self, *path: str | int) -> Iterator[None]:
-        """Note what is wrong inside as a fault of this entry, and continue after it."""
+        """Record errors inside as faults of this entry, and continue after it."""
         try:
             yield
         except InputError as error:

@@ -461,7 +461,7 @@ def _contact(
 def _in_plane(
     table: Table, kind: str, names: Mapping[str, sp.Expr], bodies: Sequence[Body | SpatialBody]
 ) -> Maker:
-    """Return what makes the contact of a point or a disc in the plane, or of a gap."""
+    """Return the factory of the contact of a point or a disc in the plane, or of a gap."""
     for key in table:
         if key in _CONTACT and key not in (*_ALWAYS, kind, *_KINDS[kind]):
             table.fault(f"{key} does not belong to a contact with {kind}.", key)

@@ -101,7 +101,7 @@ class Table:
         return default or ""
 
     def named(self, key: str, kind: str, known: Mapping[str, T]) -> T | None:
-        """Return what a text names among those known of a kind; None, with a fault, otherwise."""
+        """Return the object of a kind that a text names; None, with a fault, if unknown."""
         name = self.text(key)
         if name not in known and isinstance(self.entries.get(key), str):
             self.fault(unknown_name(kind, name, known), key)

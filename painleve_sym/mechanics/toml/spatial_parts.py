@@ -68,7 +68,7 @@ def _inertia(table: Table) -> tuple[Any, ...]:
 def contact_in_space(
     table: Table, names: Mapping[str, sp.Expr], bodies: Sequence[Body | SpatialBody]
 ) -> Callable[..., Contact]:
-    """Return what makes the contact of a point in space once name, system and friction are given.
+    """Return the factory, of name, system and friction, of the contact of a point in space.
 
     A surface may use `names` beside its place x, y, z.
     """

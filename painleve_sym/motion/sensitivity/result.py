@@ -101,7 +101,7 @@ class EventMarks(Compared):
 
     @classmethod
     def of(cls, raw: RawRun, functions: VariationalFunctions, notes: Sequence[str]) -> EventMarks:
-        """Read the events; `notes` are those of the ones that no transition made, in order."""
+        """Read the events; `notes` belong to the events without a transition, in order."""
         events, places = raw.event_records, functions.event_entries
         memory, answered = events.memory_after, events.transition < 0
         every = [""] * len(answered)

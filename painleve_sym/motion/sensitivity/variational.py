@@ -94,7 +94,7 @@ def _notify(result: SensitiveTrajectory) -> None:
 def _continued(
     events: tuple[EventSensitivity, ...], whole: Trajectory
 ) -> tuple[EventSensitivity, ...]:
-    """Return the events of the whole motion, those not yet among `events` with nan."""
+    """Return the events of the whole motion, with nan beyond `events`."""
     rest = whole.events[len(events) :]
     if not events:
         return ()

@@ -268,7 +268,7 @@ def solution_at(
     point: FloatArray,
     faces: Mapping[bytes, Face | None] | None = None,
 ) -> LCPSolution:
-    """Return the solution in the units of `lcp`, with what varies around it.
+    """Return the solution in the units of `lcp`, with the set of solutions around it.
 
     `faces` are those of all sets, where they have been computed.
     """

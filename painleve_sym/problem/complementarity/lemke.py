@@ -31,7 +31,7 @@ _TIE = 1e-12  # ratios closer than this are equal; the lexicographic rule then d
 
 
 class LemkeStatus(enum.StrEnum):
-    """Say how Lemke's method ended; `advice` tells what that means and what to change."""
+    """End of Lemke's method; `advice` explains it and names a remedy."""
 
     SOLVED = ("solved", "the solution has been checked; solve_all tells whether there are others")
     RAY = (

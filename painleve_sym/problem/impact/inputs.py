@@ -45,7 +45,7 @@ def impact_inputs(
     in_one_plane: bool = True,
     bilateral: Sequence[bool] | None = None,
 ) -> ImpactInputs:
-    """Return what an impact is given as floats; raise InputError with every fault.
+    """Return the arguments of an impact as floats; raise InputError with every fault.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def _mobility_faults(
 
 
 def _symmetric(rows: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
-    """Return W with the mean of what lies opposite, which its rounding may tell apart."""
+    """Return the symmetric part of W, whose rounding may not be symmetric."""
     given, turned = tuple(map(tuple, rows)), tuple(zip(*rows, strict=True))
     if given == turned:
         return given

@@ -212,7 +212,7 @@ class CriticalForceFinder:
         forces: Array,
         parameters: Mapping[str, float] | None = None,
     ) -> list[Outcome]:
-        """Return what follows from each initial force ≥ 0, N; see `find` for the arguments."""
+        """Return the outcome of each initial force ≥ 0, N; see `find` for the arguments."""
         for force in forces.tolist():
             number(force, "initial force", where=self.where, lower=0.0)
         start = self._start(state, parameters, self.rtol)

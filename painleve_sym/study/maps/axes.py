@@ -50,7 +50,7 @@ class MapPlace:
     solved: Mapping[str, Array] = field(default_factory=dict)
 
     def at(self, first: Array, second: Array) -> dict[str, Any]:
-        """Return the values of all names at points of the map, nan for what does not close."""
+        """Return the values of all names at points of the map, nan where no contact closes."""
         values: dict[str, Any] = {**self.state, **self.parameters}
         values |= dict(zip(self.over, (first, second), strict=True))
         if self.close:
@@ -59,7 +59,7 @@ class MapPlace:
         return values
 
     def _guesses(self, values: Mapping[str, Any], first: Array, second: Array) -> dict[str, Array]:
-        """Return what closes the contact at the nearest points of the grid, where anything does."""
+        """Return initial guesses: closing values at the nearest points of the grid."""
         parts = zip((first, second), self.values, strict=True)
         cells = [(at - v[0]) / (v[1] - v[0]) for at, v in parts]
         # Newton's method may leave the grid, or the numbers.
@@ -75,7 +75,7 @@ class MapPlace:
         return self.at(self.values[0][:, None], self.values[1][None, :])
 
     def with_solved(self, grid: Mapping[str, Any]) -> MapPlace:
-        """Return the place that knows the values of what is solved for on its grid."""
+        """Return the place with the closing values on its grid known."""
         named = unknowns(self.mechanism, self.close) if self.close else ()
         shape = len(self.values[0]), len(self.values[1])
         solved = {u.name: np.broadcast_to(grid[u.name], shape) for u in named}

@@ -85,7 +85,7 @@ def _zeros_on_sides(function: Function, x: Array, y: Array, values: Array) -> tu
 def common_zeros(
     system: Function, x: Array, y: Array, first: Array, second: Array
 ) -> tuple[Array, list[SharedCurve]]:
-    """Return where two functions vanish in the grid's rectangle: points, and curves they share.
+    """Return the common zeros of two functions in the grid's rectangle: points, and shared curves.
 
     Newton's method from every cell that both curves come near. The points, shape (n, 2) and sorted
     by x, then y, are crossings: curves that touch without crossing are left out. Functions with a
