@@ -165,19 +165,15 @@ class LagrangianDynamics:
     @property
     def n_tangents(self) -> int:
         """Tangential directions of a contact."""
-        return 1 + self.outline.in_space
+        return self.outline.n_tangents
 
     @property
     def n_margins(self) -> int:
-        """One for each bound of the domain, and in space one for the mass matrix."""
-        return len(self.outline.domain) + self.outline.in_space
+        """One for each bound of the domain."""
+        return len(self.outline.domain)
 
     def contact_function(self) -> ca.Function:
         """Return the function of all `ContactNumbers` but mu."""
-        if self.outline.in_space:
-            from painleve_sym.at.spatial_numbers import contact_function
-
-            return contact_function(self.mechanism, argument_symbols(self.mechanism))
         from painleve_sym.codegen.evaluate import expression_function
         from painleve_sym.mechanics.contact_set import ContactSet
 
@@ -201,10 +197,6 @@ class LagrangianDynamics:
 
     def motion_function(self) -> ca.Function:
         """Return the function of all `MotionNumbers`."""
-        if self.outline.in_space:
-            from painleve_sym.at.spatial_numbers import motion_function
-
-            return motion_function(self.mechanism, argument_symbols(self.mechanism))
         from painleve_sym.codegen.evaluate import expression_function
         from painleve_sym.mechanics.contact_set import ContactSet
 
@@ -215,6 +207,27 @@ class LagrangianDynamics:
         entries += [column[k] for k in range(len(system.q)) for column in directions]
         entries += [*system.free_acceleration, *mechanism.drive_speeds, system.kinetic_energy]
         return expression_function("motion", entries, argument_symbols(mechanism))
+
+
+class FactorizedDynamics(LagrangianDynamics):
+    """The same of a mechanism in space, whose mass matrix is factorized in the function itself."""
+
+    @property
+    def n_margins(self) -> int:
+        """One for each bound of the domain, and one for the mass matrix."""
+        return len(self.outline.domain) + 1
+
+    def contact_function(self) -> ca.Function:
+        """Return the function of all `ContactNumbers` but mu."""
+        from painleve_sym.at.spatial_numbers import contact_function
+
+        return contact_function(self.mechanism, argument_symbols(self.mechanism))
+
+    def motion_function(self) -> ca.Function:
+        """Return the function of all `MotionNumbers`."""
+        from painleve_sym.at.spatial_numbers import motion_function
+
+        return motion_function(self.mechanism, argument_symbols(self.mechanism))
 
 
 @dataclass(frozen=True)
@@ -245,7 +258,8 @@ class Delassus:
         """Return that of a mechanism: its own where it has no formulas, else by closed forms."""
         if isinstance(mechanism, NumericalMechanism):
             return mechanism.numbers
-        return Delassus(LagrangianDynamics(mechanism))
+        dynamics = FactorizedDynamics if mechanism.outline.in_space else LagrangianDynamics
+        return Delassus(dynamics(mechanism))
 
     def at(self, values: Mapping[str, float]) -> ContactNumbers:
         """Return the numbers of the contacts at one state."""

@@ -14,6 +14,7 @@ from painleve_sym.at.closing import closed_state
 from painleve_sym.at.delassus import ContactNumbers, Delassus, domain_margins
 from painleve_sym.checks import LARGEST
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.contact_rows import axis_names
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.problem.rounding import MOVED, rounded
@@ -76,16 +77,18 @@ def moving_place(place: Place, velocity: Sequence[float]) -> Place:
     """
     mechanism = place.mechanism
     mechanism.require_one_contact()
-    where, rows = f"contact velocity of {mechanism.name!r}", ("n", "t1", "t2")
-    size = 2 + mechanism.outline.in_space
+    where, rows = (
+        f"contact velocity of {mechanism.name!r}",
+        axis_names(mechanism.outline.n_tangents),
+    )
     try:
         wanted = np.array([float(v) for v in velocity])
     except (TypeError, ValueError):
         wanted = np.empty(0)
-    if wanted.shape != (size,) or not (np.abs(wanted) <= LARGEST).all():
-        named = ", ".join(rows) if size == 3 else "n, t"
+    if wanted.shape != (len(rows),) or not (np.abs(wanted) <= LARGEST).all():
         raise InputError(
-            f"{where}: got {velocity!r}, need {size} finite numbers along {named}, in m/s."
+            f"{where}: got {velocity!r}, need {len(rows)} finite numbers along {', '.join(rows)}, "
+            "in m/s."
         )
     names, state = mechanism.outline.velocity_names, dict(place.state)
     of = Delassus.of(mechanism)

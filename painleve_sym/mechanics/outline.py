@@ -241,14 +241,19 @@ class MechanismOutline:
         return units | ({TIME_NAME: "s"} if self.depends_on_time else {})
 
     @property
+    def n_tangents(self) -> int:
+        """Number of tangents of each contact: 1 in the plane, 2 in space."""
+        return 2 if self.contacts[0].slip_across else 1
+
+    @property
     def in_space(self) -> bool:
         """Whether its contacts have two tangents."""
-        return bool(self.contacts[0].slip_across)
+        return self.n_tangents > 1
 
     @cached_property
     def rows(self) -> ContactRows:
         """Places of the rows of its contacts."""
-        return ContactRows(len(self.contacts), 1 + self.in_space)
+        return ContactRows(len(self.contacts), self.n_tangents)
 
     @property
     def depends_on_time(self) -> bool:
