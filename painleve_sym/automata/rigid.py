@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
-from sympy.logic.boolalg import Boolean
 
 from painleve_sym.automata.automaton import (
     Accumulation,
@@ -46,6 +45,9 @@ from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 
 DECISION = "contact"
 """The instantaneous mode in which a closed contact finds its solution."""
+
+JAMMED = "jammed"
+"""The instantaneous mode of a wedged contact, whose force grows without end."""
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
@@ -186,7 +188,6 @@ class RigidContact(OneContact):
     def _resting_choices(self) -> tuple[Choice, ...]:
         """At v_t = 0 (to be tried after both slips): lift-off, stick, or the onset of a slip."""
         c, rest = self.mechanism.coefficients, is_zero(self.slip)
-        stick = Choice("stick", self._stick_condition())
         onsets = []
         for slip, name in SLIPS.items():
             rate = slip * (c.slip_rate_coefficient(slip) * c.slip_force(slip) + c.b_t)
@@ -195,21 +196,37 @@ class RigidContact(OneContact):
                 onsets.append(Choice(target, condition, ("slip_stop",)))
         lift = Choice(FLIGHT, positive(c.B))
         lifts = self.model.rigid_law.policy == "liftoff"
-        order = (lift, stick, *onsets) if lifts else (stick, *onsets, lift)
+        order = (lift, *self._sticks, *onsets) if lifts else (*self._sticks, *onsets, lift)
+        if c.rank_one:
+            # A wedged contact that cannot stick has no solution, and no impulse that moves it.
+            order += (Choice(JAMMED, positive(-c.B)),)
         return tuple(Choice(x.target, sp.And(rest, x.condition), x.departs) for x in order)
 
-    def _stick_condition(self) -> Boolean:
-        """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
-        c = self.mechanism.coefficients
+    @cached_property
+    def _sticks(self) -> tuple[Choice, ...]:
+        """Sticking, where it is a solution: of a rank-one W all forces of a line are one.
+
+        At the edge of the cone it sticks.
+        """
+        c, W_tt = self.mechanism.coefficients, self.mechanism.coefficients.W_tt
         if not c.rank_one:
-            margins = self.stick_margins(c.stick_force).values()
-            # Without friction it sticks where none is needed: nothing begins to slip.
-            none = sp.And(is_zero(c.mu), is_zero(self.tangential_force("stick", c.stick_force)))
-            return sp.And(positive(c.stick_force), sp.Or(all_positive(*margins), none))
-        # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
-        margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
+            friction, terms = self.tangential_force("stick", c.stick_force), sp.Abs(c.b_t)
+            terms += sp.Abs(c.W_nt * c.stick_force)
+            limit = c.mu * c.stick_force + (RATE_ROUNDING * terms / W_tt if c.slides else _ZERO)
+            borne = not_negative(limit - sp.Abs(friction))
+            return (Choice("stick", sp.And(positive(c.stick_force), borne)),)
+        # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too. Any of
+        # them is borne where the contact is wedged, else those near F_t = 0.
+        still = positive(self._closed_margin)
+        wedged = positive(c.mu * W_tt - sp.Abs(c.W_nt))
+        return Choice(JAMMED, sp.And(wedged, still)), Choice("stick", sp.And(positive(-c.B), still))
+
+    @property
+    def _closed_margin(self) -> sp.Expr:
+        """By how much B′ of a rank-one W is less than rounding."""
+        c = self.mechanism.coefficients
         terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
-        return all_positive(margin, sp.Float("1e-12") * terms - sp.Abs(c.W_tt * c.B_stick))
+        return RATE_ROUNDING * terms - sp.Abs(c.W_tt * c.B_stick)
 
     def _decision(self) -> Mode:
         clean = dict.fromkeys(MEMORY, _ZERO)
@@ -260,7 +277,9 @@ class RigidContact(OneContact):
     def _stick(self) -> Mode:
         c = self.mechanism.coefficients
         if c.rank_one:
-            return self.instant_mode("stick", self.jam())
+            # Of the forces that are open it has those without friction.
+            lift = self.transition("liftoff", EventKind.LIFTOFF, -c.B, (Choice(DECISION),))
+            return self.held_mode("stick", "stick", -c.B / c.W_nn, (lift,))
 
         def enter(slip: int) -> tuple[Choice, ...]:
             # Where the force of such a slip would turn it back, only lift-off is left.
@@ -275,6 +294,8 @@ class RigidContact(OneContact):
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated; modes that cannot be reached under the policy are left out."""
         modes = [self._flight(), self._decision(), self._stick()]
+        if self.mechanism.coefficients.rank_one:
+            modes.append(self.instant_mode(JAMMED, self.jam()))
         modes += [self._slip(n, u) for n in SLIPS.values() for u in (False, True)]
         modes += self.rays.modes(DECISION)
         starts = (Choice(FLIGHT, positive(self.gap)), Choice(DECISION))

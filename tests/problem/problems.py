@@ -110,8 +110,13 @@ def planar(rng: np.random.Generator, n: int) -> Problem:
     size = 2 * n
     full = n > 1 and rng.random() < 0.2
     rank = size if full else int(rng.integers(1, size + 1))
-    L = rng.integers(-2, 3, size=(size, rank))
-    W = L @ L.T
+    return with_root(rng, rng.integers(-2, 3, size=(size, rank)))
+
+
+def with_root(rng: np.random.Generator, L: np.ndarray) -> Problem:
+    """Return a planar problem with the mobility L Lᵀ."""
+    W, size = L @ L.T, len(L)
+    n = size // 2
     inside = rng.random() < 0.5
     b = W @ rng.integers(-2, 3, size=size) if inside else rng.integers(-3, 4, size=size)
     mu = [FRICTIONS[rng.integers(4)] for _ in range(n)]
