@@ -1,9 +1,8 @@
 """What does an impact of one contact in space cost?
 
 ``python -m tests.benchmarks.bench_impact_in_space`` times random impacts by processor time: in the
-compiled code alone, with one call of `solve_impact` for each, and by the path in Python of the
-tests. Slips and mobilities of the first kind are of one size, those of the second spread over
-decades.
+compiled code alone, and with one call of `solve_impact` for each. Slips and mobilities of the first
+kind are of one size, those of the second spread over decades.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.problem.impact.one_contact import solve_impact
 from painleve_sym.problem.impact.spatial import MEASURES, impacts_in_space
 from tests.problem.impact.test_impact_in_space import random_impacts
-from tests.support.spatial_impact import SpatialPath
 
 LAWS = {MEASURES.index(law.measure): law.name for law in RESTITUTIONS.values()}
 LIMIT = 20e-6
@@ -46,7 +44,6 @@ def measure() -> dict[str, dict[str, float]]:
         lines[title] = {
             "compiled": _least(lambda given=given: impacts_in_space(given), len(given)),
             "solve_impact": _least(lambda W=W, g=given: _one_by_one(W[:500], g[:500]), 500),
-            "Python": _least(lambda g=given: [SpatialPath(row).follow() for row in g[:30]], 30, 2),
         }
     return lines
 

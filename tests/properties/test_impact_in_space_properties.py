@@ -9,11 +9,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.problem.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.problem.impact.spatial import LAWS
 from painleve_sym.problem.modes import ContactMode
 
-LAW = st.sampled_from(LAWS)
+LAW = st.sampled_from(sorted(RESTITUTIONS))
 RESTITUTION = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.01, 1.0))
 FRICTION = st.one_of(st.just(0.0), st.floats(0.01, 4.0))
 NORMAL = st.one_of(st.just(0.0), st.floats(-5.0, -0.01))

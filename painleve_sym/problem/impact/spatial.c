@@ -1,5 +1,5 @@
 /* Impacts of one contact in space: the path of the impulse in blown-up time, as derived in
- * problem/impact/spatial.py. tests/support/spatial_impact.py has the same steps in Python. */
+ * problem/impact/spatial.py. */
 #include <math.h>
 #include <string.h>
 

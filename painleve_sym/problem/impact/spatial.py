@@ -34,7 +34,7 @@ sticking has the rate 0. Where no impulse moves the contact along t2, the slip o
 along it stays, and W_nn = w₁²/W₁₁ ties v_n and v_1.
 
 ``spatial.c`` follows the path, and needs a C compiler once: there is no second, slower path, whose
-digits would differ. The tests have the same steps in Python.
+digits would differ.
 
 References
 ----------
@@ -66,7 +66,7 @@ from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.rounding import SUM
 
 # The names and numbers of ``spatial.c``.
-ORDER, PHASES, PIECES, HEAD, ROW = 20, 16, 20000, 2, 11
+PHASES, PIECES, HEAD, ROW = 16, 20000, 2, 11
 MEASURES = tuple(Measure)
 NO_IMPACT, ENDED, JAM, UNFINISHED = range(4)
 SLIP, STOPS, STICK, RESUMED = range(4)

@@ -17,7 +17,6 @@ from painleve_sym.problem.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.problem.impact.spatial import impacts_in_space
 from painleve_sym.problem.modes import ContactMode
 from tests.cli.cli_helpers import run
-from tests.support.spatial_impact import SpatialPath
 
 LAWS = tuple(RESTITUTIONS)
 ARM = Path(__file__).parents[2] / "robots" / "files" / "turning_arm.urdf"
@@ -113,22 +112,6 @@ def test_many_impacts_keep_their_two_freedoms():
     change = np.einsum("nij,nkj,nk->ni", kept, kept, P)
     sizes = abs(given[:, 7:10]).max(axis=1) + abs(P).max(axis=1)
     assert (abs(given[:, 7:10] + change - after).max(axis=1) / sizes).max() < 1e-8
-
-
-def test_python_gives_the_same_as_c():
-    numbers = np.random.default_rng(7)
-    for i, (J, u, mu) in enumerate(random_impacts(80, 7)):
-        W, v = J @ J.T, J @ u
-        if i % 4 == 3:
-            # A surface that is driven.
-            v[0] = -abs(v[0] + numbers.normal())
-        own = W[0, 0], W[0, 1], W[0, 2], W[1, 1], W[1, 2], W[2, 2]
-        given = (*own, mu, *v, i % 3, (0.0, 0.6, 1.0)[i // 3 % 3])
-        end, rows = SpatialPath(given).follow()
-        result = impacts_in_space(np.array([given]))[0]
-        count = int(result[1])
-        assert (end, len(rows)) == (int(result[0]), count)
-        np.testing.assert_allclose(rows, result[2 : 2 + 11 * count].reshape(count, 11), atol=1e-10)
 
 
 @pytest.mark.parametrize(("law", "e"), [*product(LAWS, [0.6]), ("energetic", 0.0)])
