@@ -164,6 +164,14 @@ def test_curves_of_a_motion_are_its_values_in_the_units_of_the_axes(one, one_fig
     assert one_figure.axes[0].get_xlabel() == "time (ms)"
 
 
+def test_marks_stand_at_the_time_and_force_of_their_events(one, one_figure):
+    marks = {line.get_label(): line for line in one_figure.axes[0].lines}
+    (event,) = one.events_of("max_compression")
+    np.testing.assert_allclose(
+        marks["maximum compression"].get_xydata(), [[event.time * 1e3, event.normal_force]]
+    )
+
+
 def test_several_contacts_are_named_and_drawn_alike(two_figure):
     normal, tangential = two_figure.axes[:2]
     assert (normal.get_ylabel(), tangential.get_ylabel()) == ("$F_n$ (N)", "$F_t$ (N)")
