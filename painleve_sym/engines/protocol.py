@@ -167,6 +167,13 @@ class RawRun(NamedTuple):
     events: Array
     counters: dict[str, int]
 
+    def later(self, time: float) -> RawRun:
+        """Return the same run with all times later by some seconds."""
+        steps, events = self.steps.copy(), self.events.copy()
+        steps[:, :1] += time
+        events[:, :1] += time
+        return self._replace(time=self.time + time, steps=steps, events=events)
+
     @property
     def step_records(self) -> StepRecords:
         """The steps by field."""

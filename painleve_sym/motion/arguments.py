@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import lru_cache
 from inspect import Parameter, signature
-from typing import Any, Required, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, Required, TypedDict, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -16,6 +16,9 @@ from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.materials import MaterialsLike
 from painleve_sym.units import Value
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.trajectory import Trajectory
 
 INITIAL_FORCE = "initial_force"
 """Of all arguments the one by which a motion can be differentiated."""
@@ -43,6 +46,7 @@ class RunArguments(SharedArguments, total=False):
     close: str | None
     atol: Array | None
     record: RecordLike
+    start: Trajectory | None
 
 
 class BatchOptions(SharedArguments, total=False):

@@ -50,7 +50,7 @@ def integrated(simulator: MechanismWithLaws, start: Start, options: RunOptions) 
 
     def run(**changed: Any) -> RawRun:
         own = replace(options, **changed) if changed else options
-        raw: RawRun = engine.run(start.state, start.parameters, own)
+        raw: RawRun = engine.run(start.state, start.parameters, own, start.memory)
         return raw
 
     if engine.name == "taylor":

@@ -42,7 +42,9 @@ class Start(NamedTuple):
 
     Below the scale of a state, shape (nx,), only its absolute error counts. The place is not yet
     pressed by the initial force, N, which is negative where there is none. `materials` are those of
-    both bodies, where they are given.
+    both bodies, where they are given. A motion that continues another one begins at its time, s,
+    and with the same laws in its mode with its memory; -1 and None where these follow from the
+    state.
     """
 
     place: Place
@@ -51,6 +53,9 @@ class Start(NamedTuple):
     scale: Array
     force: float
     materials: tuple[Material, Material] | None = None
+    time: float = 0.0
+    mode: int = -1
+    memory: Array | None = None
 
 
 @dataclass(frozen=True, init=False)

@@ -97,11 +97,26 @@ class RunRecord:
             options["initial_force"] = start.force
         if not np.array_equal(self.options.atol, self.options.rtol * start.scale):
             options["atol"] = self.options.atol.tolist()
-        return {
+        inputs = {
             "law": law_text(self.simulator.law),
             "state": start.place.state,
             "options": options,
             "version": __version__,
+        }
+        if start.time:
+            inputs["continues"] = self._continued
+        return inputs
+
+    @property
+    def _continued(self) -> dict[str, Any]:
+        """Time, s, mode and memory with which a motion begins that continues another one."""
+        start, outline = self.start, self.simulator.outline
+        if start.memory is None:
+            return {"time": start.time}
+        return {
+            "time": start.time,
+            "mode": mode_name(outline, start.mode, start.memory.tolist()),
+            "memory": dict(zip(outline.memory_names, start.memory.tolist(), strict=True)),
         }
 
     @cached_property
@@ -242,7 +257,7 @@ class RunRecord:
     @cached_property
     def pressed_starts(self) -> tuple[PressedStart, ...]:
         """Contacts that start pressed, not by an initial force, and whose law remembers."""
-        if self.start.force >= 0:
+        if self.start.force >= 0 or self.start.memory is not None:
             return ()
         contact, names = self.simulator.contact, self.simulator.outline.state_names
         gaps = [names.index(row.gap) for row in contact.rows]

@@ -128,6 +128,9 @@ def simulate(
         s; a first step of 0 lets the engine choose it.
     max_steps, max_events : int
         Where they are reached the run stops and says so.
+    start : Trajectory, optional
+        A motion of the same mechanism, in place of a state: this one begins at its end and its
+        time, with its parameters, and under the same laws in its mode with its memory.
 
     Returns
     -------

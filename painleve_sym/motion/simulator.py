@@ -26,6 +26,13 @@ from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.materials import MaterialsLike, two_materials
 from painleve_sym.mechanics.mechanism import Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
+from painleve_sym.motion.continuation import (
+    carried,
+    check_origin,
+    first_state,
+    has_states_of,
+    same_parameters,
+)
 from painleve_sym.motion.force_jumps import integrated
 from painleve_sym.motion.locate_limit import with_limit
 from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
@@ -199,16 +206,38 @@ class Simulator(Compared, MechanismWithLaws):
         ['slip_stop', 'max_compression']
         """
         settings, begins = separated(self.where, RunArguments, arguments)
-        start = self.begin(state, **begins)
-        simulator, start = self.moving(start)
+        origin = begins.pop("start", None)
+        if origin is None:
+            simulator, start = self.moving(self.begin(state, **begins))
+        else:
+            given = {"state": state, **begins}
+            origin = check_origin(self.where, origin, given, float(settings.t_end))
+            simulator, start = self._after(origin, given)
         return simulator.follow(start, settings)
+
+    def _after(self, origin: Trajectory, given: Mapping[str, Any]) -> tuple[Simulator, Start]:
+        """Return what runs from the end of a motion, and its start."""
+        parameters = same_parameters(self, origin)
+        parameters |= self.given(given.get("parameters"), given.get("law_parameters"))
+        place = self.at(first_state(self, origin), parameters)
+        known = has_states_of(self, origin)
+        start = self.prepared(place)[0] if known else self.start(place)
+        simulator, start = self.moving(start)
+        return simulator, carried(simulator, start, origin)
 
     def follow(self, start: Start, settings: RunSettings) -> Trajectory:
         """Integrate the motion from a start with checked settings."""
         checked = self.options(start.scale, settings)
         if not checked.until:
             refuse_plastic(self, start.place.parameters)
-        raw = integrated(self, start, checked)
+        if start.time or start.mode >= 0:
+            left = checked.t_end - start.time
+            own = replace(checked, t_end=left, start_mode=start.mode)
+            raw = integrated(self, start, own).later(start.time)
+            if raw.stop_reason is StopReason.T_END:
+                raw = raw._replace(time=checked.t_end)
+        else:
+            raw = integrated(self, start, checked)
         trajectory = self.trajectory(raw, start, checked)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.place.parameters)

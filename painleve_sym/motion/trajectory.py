@@ -41,6 +41,7 @@ from painleve_sym.motion.small_events import events_above_tolerance
 from painleve_sym.notebooks import Shown
 from painleve_sym.plain_data import of_plain, plain_fields, to_plain
 from painleve_sym.quantities import ROUNDING, counted, unit_of
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     import pandas
@@ -125,6 +126,46 @@ class Trajectory(Shown, Compared):
         if self.evaluator is not None:
             state["evaluator"] = self.evaluator.portable()
         return state
+
+    def continued(self, t_end: Value, **arguments: Any) -> Trajectory:
+        """Return the motion from the end of this one on, in its mode and with its memory.
+
+        The times of both are those of one motion: cut anywhere and continued, it is the motion
+        that was not cut, but for rounding. `painleve_sym.simulate` with ``start=run`` does the same
+        for a motion from a file, and with another law, which begins at the same coordinates and
+        velocities in a mode of its own.
+
+        Parameters
+        ----------
+        t_end : float or str
+            s, after the end of this motion.
+        **arguments
+            As for `painleve_sym.simulate`; `parameters` and `law_parameters` change those of this
+            motion from now on.
+
+        Raises
+        ------
+        InputError
+            This motion came from a file or another process, or ended for a reason that it cannot
+            continue from.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+        >>> first = ps.simulate("rod", "bilinear-hertz", start, t_end=1e-3)
+        >>> rest = first.continued(1e-2)
+        >>> float(rest.t[0]), str(rest.events[0].kind)
+        (0.001, 'slip_stop')
+        """
+        if isinstance(self.record, StoredRecord):
+            raise InputError(
+                "trajectory: a motion from a file or another process does not know its mechanism. "
+                "Fix: simulate(mechanism, law, start=run, t_end=...)."
+            )
+        simulator: Any = self.record.simulator
+        motion: Trajectory = simulator.run(start=self, t_end=t_end, **arguments)
+        return motion
 
     # ---- names and records ----
 
@@ -228,7 +269,8 @@ class Trajectory(Shown, Compared):
         """Arguments of `simulate` besides the parameters: plain data, to compute it again.
 
         ``law`` is the text that `painleve_sym.law` knows (with `choices`), ``state`` the start,
-        ``options`` the end, the initial force and the bounds, ``version`` that of the package.
+        ``options`` the end, the initial force and the bounds, ``version`` that of the package, and
+        ``continues`` time, mode and memory of a motion that continues another one.
         Empty for a file of an earlier release.
         """
         return self.record.inputs

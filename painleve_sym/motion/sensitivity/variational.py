@@ -53,6 +53,11 @@ def differentiated(
 ) -> SensitiveTrajectory:
     """Return the motion with its derivatives; see `Simulator.sensitivities`."""
     settings, begins = separated(simulator.where, RunArguments, arguments)
+    if begins.pop("start", None) is not None:
+        raise InputError(
+            f"{simulator.where}: sensitivities: start: got a motion, need a state, with which "
+            "derivatives begin. Fix: differentiate from the start of the first motion."
+        )
     # Without its events nothing would tell which of them are singular.
     if settings.record == "end":
         settings = replace(settings, record=Record.EVENTS)
