@@ -7,6 +7,7 @@ from functools import cached_property
 
 import sympy as sp
 
+from painleve_sym.errors import InputError
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.simplify import readable
 
@@ -39,6 +40,17 @@ class ContactCoefficients:
 
     contact: Contact
 
+    @property
+    def _J_T(self) -> sp.Matrix:
+        """J_T of the only tangent."""
+        contact = self.contact
+        if contact.n_tangents > 1:
+            raise InputError(
+                f"contact {contact.name!r} has {contact.n_tangents} tangents, and this coefficient "
+                "is that of one. Fix: use W and b."
+            )
+        return contact.J_T
+
     def _delassus(self, left: sp.Matrix, right: sp.Matrix) -> sp.Expr:
         return readable((left * self.contact.system.inverse_mass_matrix * right.T)[0])
 
@@ -64,12 +76,12 @@ class ContactCoefficients:
     @cached_property
     def W_nt(self) -> sp.Expr:
         """J_N M⁻¹ J_Tᵀ; 1/kg."""
-        return self._delassus(self.contact.J_N, self.contact.J_T)
+        return self._delassus(self.contact.J_N, self._J_T)
 
     @cached_property
     def W_tt(self) -> sp.Expr:
         """J_T M⁻¹ J_Tᵀ; 1/kg."""
-        return self._delassus(self.contact.J_T, self.contact.J_T)
+        return self._delassus(self._J_T, self._J_T)
 
     @cached_property
     def b_n(self) -> sp.Expr:
@@ -80,7 +92,7 @@ class ContactCoefficients:
     @cached_property
     def b_t(self) -> sp.Expr:
         """Tangential acceleration without contact forces; m/s²."""
-        free = (self.contact.J_T * self.contact.system.free_acceleration)[0]
+        free = (self._J_T * self.contact.system.free_acceleration)[0]
         return readable(free + self.contact.tangential_bias)
 
     @cached_property
@@ -180,7 +192,7 @@ class ContactCoefficients:
         """M⁻¹J_Nᵀ and M⁻¹J_Tᵀ: acceleration per unit F_n and per unit F_t; shapes (n, 1)."""
         inverse = self.contact.system.inverse_mass_matrix
         normal = (inverse * self.contact.J_N.T).applyfunc(readable)
-        return normal, (inverse * self.contact.J_T.T).applyfunc(readable)
+        return normal, (inverse * self._J_T.T).applyfunc(readable)
 
     @cached_property
     def accelerations(self) -> sp.Matrix:

@@ -10,10 +10,11 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.errors import ModelError
+from painleve_sym.errors import InputError, ModelError
 from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.mechanics.models.spatial import rod_3d
 from tests.mechanics.made_up import skew_block, two_link_arm
 from tests.support.vanishing import vanishes
 
@@ -173,3 +174,10 @@ def test_contact_jacobians_of_the_rod_are_unit_rows():
     assert ROD.contact.J_N.tolist() == [[0, 1, 0]]
     assert ROD.contact.J_T.tolist() == [[1, 0, 0]]
     assert ROD.contact.normal_bias == 0 and ROD.contact.tangential_bias == 0
+
+
+@pytest.mark.parametrize("name", ["W_nt", "W_tt", "b_t", "force_directions"])
+def test_coefficients_of_one_tangent_are_refused_for_two(name):
+    coefficients = ContactCoefficients(rod_3d().contact)
+    with pytest.raises(InputError, match=r"has 2 tangents, .* Fix: use W and b"):
+        getattr(coefficients, name)
