@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.automata.automaton import Choice, HybridAutomaton
 from painleve_sym.automata.signature import Outline
 from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.codegen.tape import TapeOutputs, tapes_of_functions
 from painleve_sym.engines.batch import COUNTERS
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
 from painleve_sym.engines.protocol import (
@@ -28,8 +30,6 @@ from painleve_sym.engines.protocol import (
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason
 
-_CHUNK = 256
-"""Points per call of the outputs: enough to hide the cost of a call."""
 _ROUGH, _ROUGHEST = 10.0, 1e-12
 """Error between the points of a grid: this multiple of rtol, and not less than the second."""
 _REPLACEMENTS = 8
@@ -425,7 +425,6 @@ class ErkEngine:
         self.functions = functions or AutomatonFunctions(automaton)
         self._runners: dict[tuple[int, float], ModeRunner] = {}
         self._calls: dict[str, Call] = {}
-        self._mapped: dict[int, Call] = {}
         # The functions work on arrays of their own: one run at a time.
         self._lock = threading.RLock()
 
@@ -505,20 +504,8 @@ class ErkEngine:
 
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""
-        index = np.asarray(modes, dtype=np.int64)
-        out = np.empty((len(index), self.functions.output_size))
-        for mode in np.unique(index):
-            where = np.flatnonzero(index == mode)
-            for i in range(0, len(where), _CHUNK):
-                part = where[i : i + _CHUNK]
-                full = np.resize(part, _CHUNK)
-                with self._lock:
-                    values = self._outputs(int(mode))(states[full], memory[full], constants)
-                out[part] = values[0].reshape(_CHUNK, -1)[: len(part)]
-        return out
+        return self._tapes.outputs(modes, states, memory, constants)
 
-    def _outputs(self, mode: int) -> Call:
-        if mode not in self._mapped:
-            function = self.functions.modes[mode].outputs
-            self._mapped[mode] = Call(function.map("many", "serial", _CHUNK, [2], []))
-        return self._mapped[mode]
+    @cached_property
+    def _tapes(self) -> TapeOutputs:
+        return tapes_of_functions(self.functions)
