@@ -6,7 +6,7 @@ import difflib
 import enum
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Self
 
 MAX_MESSAGE, MAX_FAULT = 2000, 500
 """Characters of a message, and of one fault of a model: they may quote input of any size."""
@@ -126,7 +126,21 @@ class PainleveWarning(UserWarning):
         super().__init__(shortened(message))
 
 
-class EventKind(enum.StrEnum):
+class Explained(enum.StrEnum):
+    """Texts, each with a `sentence` on what it means or which change may help."""
+
+    label: str
+    sentence: str
+
+    def __new__(cls, label: str, sentence: str = "") -> Self:
+        """Return the member that is the text `label`."""
+        member = str.__new__(cls, label)
+        member._value_ = member.label = label
+        member.sentence = sentence
+        return member
+
+
+class EventKind(Explained):
     """Kind of an event; `sentence` describes it in words."""
 
     SLIP_STOP = "slip_stop", "the slip velocity comes to zero"
@@ -149,18 +163,9 @@ class EventKind(enum.StrEnum):
     FORCE_REVERSAL = "force_reversal", "the force of the guide changes its side"
     TANGENTIAL_IMPACT = "tangential_impact", "a guide that jams stops the slip at once"
 
-    sentence: str
 
-    def __new__(cls, value: str, sentence: str = "") -> EventKind:
-        """Return the member that is the text `value`."""
-        member = str.__new__(cls, value)
-        member._value_ = value
-        member.sentence = sentence
-        return member
-
-
-class StopReason(enum.StrEnum):
-    """Reason for the end of an integration; `advice` says which change may help."""
+class StopReason(Explained):
+    """Reason for the end of an integration; `sentence` says which change may help."""
 
     T_END = ("t_end", "the end time was reached")
     UNTIL = ("until", "the event asked for happened")
@@ -215,16 +220,6 @@ class StopReason(enum.StrEnum):
         "no_mode",
         "no mode of the automaton admits the state; check the start state against the law",
     )
-
-    label: str
-    advice: str
-
-    def __new__(cls, label: str, advice: str = "") -> StopReason:
-        """Return the member that is the text `label`."""
-        member = str.__new__(cls, label)
-        member._value_ = member.label = label
-        member.advice = advice
-        return member
 
     @classmethod
     def from_label(cls, label: str) -> StopReason:

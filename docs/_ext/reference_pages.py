@@ -81,7 +81,7 @@ def events() -> str:
 
 def stop_reasons() -> str:
     """Return the table of reasons to stop, each with its advice."""
-    rows = [(code(reason.label), reason.advice) for reason in StopReason]
+    rows = [(code(reason.label), reason.sentence) for reason in StopReason]
     return table(("reason", "meaning, and what may help"), rows)
 
 

@@ -335,7 +335,7 @@ def _enums(case: MotionCode) -> str:
         ("mode", "mode", [(m.name, "") for m in outline.modes], about_modes),
         ("output", "output", outputs, "Outputs"),
         ("event_kind", "event", [(k, k.sentence) for k in outline.kinds], "Kinds of events"),
-        ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
+        ("stop", "stop", [(r.label, r.sentence) for r in ENGINE_REASONS], "Why a run ended"),
         ("case", "case", [(c.value, c.sentence) for c in CASES], "Cases of one rigid contact"),
     ]
     return "\n\n".join(

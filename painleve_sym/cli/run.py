@@ -325,7 +325,7 @@ def _show_events(trajectory: Trajectory) -> None:
 def ending(trajectory: Trajectory) -> str:
     """Return a sentence on when and why a motion ended."""
     reason, time = trajectory.stop_reason, f"t = {number(trajectory.final_time, 9)} s"
-    text = trajectory.stop_detail or reason.advice
+    text = trajectory.stop_detail or reason.sentence
     if reason is StopReason.T_END:
         return f"reached the end time {time}"
     if reason is StopReason.UNTIL:

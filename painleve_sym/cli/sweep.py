@@ -65,7 +65,7 @@ def _show(summary: dict[str, Any]) -> None:
     for name in summary["stop_reasons"]:
         reason = StopReason.from_label(name)
         if reason not in (StopReason.T_END, StopReason.UNTIL):
-            show(f"  {name}: {reason.advice}")
+            show(f"  {name}: {reason.sentence}")
     show()
     rows = [
         (

@@ -185,7 +185,7 @@ class ModuleSource:
                 )
             ],
             "cases": [{"name": c.value, "sentence": c.sentence} for c in CASES],
-            "stops": [{"name": r.label, "sentence": r.advice} for r in ENGINE_REASONS],
+            "stops": [{"name": r.label, "sentence": r.sentence} for r in ENGINE_REASONS],
             "motions": [_motion(code) for code in self.codes],
             "scene": self._scene,
         }

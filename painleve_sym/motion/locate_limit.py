@@ -44,7 +44,7 @@ def with_limit(contact: ContactModel, run: Trajectory, values: Mapping[str, floa
         return run
     jam = limit.kind is LimitKind.DYNAMIC_JAM
     reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
-    detail = reason.advice if jam else _MEETINGS[limit.kind]
+    detail = reason.sentence if jam else _MEETINGS[limit.kind]
     return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
 
 

@@ -118,4 +118,4 @@ def end_detail(simulator: MechanismWithLaws, raw: RawRun) -> str:
         return _JAM
     if raw.stop_reason is StopReason.FORCE_JUMP:
         return jump_advice(simulator.mechanism)
-    return raw.stop_reason.advice
+    return raw.stop_reason.sentence

@@ -6,7 +6,6 @@ is that of contacts in space, too.
 
 from __future__ import annotations
 
-import enum
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.equality import Compared
+from painleve_sym.errors import Explained
 from painleve_sym.plain_data import plain_fields
 from painleve_sym.problem.answers import MotionWithForces
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
@@ -22,7 +22,7 @@ from painleve_sym.problem.law import ROUNDING, ScaledLaw, accelerations
 from painleve_sym.problem.modes import ContactMode, slip_mode
 
 
-class ContactCase(enum.StrEnum):
+class ContactCase(Explained):
     """Name a contact problem by its solutions; `sentence` says what follows.
 
     INCONSISTENT
@@ -57,15 +57,6 @@ class ContactCase(enum.StrEnum):
     HYPERSTATIC = ("hyperstatic", "one motion, but rigidity leaves its forces open")
     UNKNOWN = ("unknown", "no solution is known, and none is proved not to exist")
     ONE_KNOWN = ("one_known", "one solution is known, and none is proved to be the only one")
-
-    sentence: str
-
-    def __new__(cls, label: str, sentence: str = "") -> ContactCase:
-        """Return the member that is the text `label`."""
-        member = str.__new__(cls, label)
-        member._value_ = label
-        member.sentence = sentence
-        return member
 
 
 @dataclass(frozen=True, eq=False)

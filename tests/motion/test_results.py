@@ -126,7 +126,7 @@ def test_states_and_outputs_by_name_are_those_at_the_times_of_the_steps(impact):
 def test_notebooks_get_a_table_and_a_figure(impact):
     page = impact._repr_html_()
     root = ElementTree.fromstring(f"<div>{page}</div>")
-    rows = root.findall("table/tr")
+    rows = root.findall("table//tr")
     assert len(rows) == 1 + len(impact.events)
     cells = [cell.text for cell in rows[1]]
     assert cells[1:3] == ["slip_stop", "A"] and float(cells[0]) == pytest.approx(4.088624e-4)

@@ -12,7 +12,6 @@ Scholtes (2001); Wächter & Biegler (2006).
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError
+from painleve_sym.errors import Explained, InputError
 from painleve_sym.problem.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, equilibrate, residual
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
 
@@ -34,8 +33,8 @@ _CORNER_LIMIT = 4  # 2**4 corner starts; for more pairs random corners take thei
 _NEAR = 1e-6  # solutions with a smaller relative distance are one; IPOPT leaves some 1e-8
 
 
-class MPCCStatus(enum.StrEnum):
-    """End of one relaxation run; `advice` explains it and names a remedy."""
+class MPCCStatus(Explained):
+    """End of one relaxation run; `sentence` explains it and names a remedy."""
 
     SOLVED = ("solved", "the point has been checked; there may be others, see solve_mpcc_all")
     INFEASIBLE = (
@@ -48,16 +47,6 @@ class MPCCStatus(enum.StrEnum):
         "not_verified",
         "IPOPT reports success, but the point fails the residual check; ask solve_all",
     )
-
-    label: str
-    advice: str
-
-    def __new__(cls, label: str, advice: str = "") -> MPCCStatus:
-        """Return the member that is the text `label`."""
-        member = str.__new__(cls, label)
-        member._value_ = member.label = label
-        member.advice = advice
-        return member
 
 
 @dataclass(frozen=True, eq=False)

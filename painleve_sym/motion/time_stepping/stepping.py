@@ -86,7 +86,7 @@ class SteppingRun(Compared):
     @property
     def stop_detail(self) -> str:
         """Reason of the end, in words."""
-        return _ENDS.get(self.stop_reason, self.stop_reason.advice)
+        return _ENDS.get(self.stop_reason, self.stop_reason.sentence)
 
     @property
     def normal_impulse(self) -> float:

@@ -7,7 +7,6 @@ Lemke (1965); Cottle, Pang & Stone (1992), "CPS" below.
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -15,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.equality import Compared
+from painleve_sym.errors import Explained
 from painleve_sym.problem.complementarity.lcp import (
     LCP,
     RESIDUAL_TOLERANCE,
@@ -30,8 +30,8 @@ _PIVOT = 1e-11  # smaller entries of a scaled tableau are what elimination left 
 _TIE = 1e-12  # ratios closer than this are equal; the lexicographic rule then decides
 
 
-class LemkeStatus(enum.StrEnum):
-    """End of Lemke's method; `advice` explains it and names a remedy."""
+class LemkeStatus(Explained):
+    """End of Lemke's method; `sentence` explains it and names a remedy."""
 
     SOLVED = ("solved", "the solution has been checked; solve_all tells whether there are others")
     RAY = (
@@ -46,16 +46,6 @@ class LemkeStatus(enum.StrEnum):
         "the last basis is too ill-conditioned: its solution fails the residual check; rescale "
         "the data or ask solve_all",
     )
-
-    label: str
-    advice: str
-
-    def __new__(cls, label: str, advice: str = "") -> LemkeStatus:
-        """Return the member that is the text `label`."""
-        member = str.__new__(cls, label)
-        member._value_ = member.label = label
-        member.advice = advice
-        return member
 
 
 Solution = TypeVar("Solution")

@@ -160,7 +160,7 @@ class FrozenCase(Case):
         return self._answer(
             *("softened", way, value, motion.duration, motion.impulse, reason),
             complete=ends,
-            stop_detail="" if ends else details.get(reason, reason.advice),
+            stop_detail="" if ends else details.get(reason, reason.sentence),
             peak_force=motion.peak_force,
             events=motion.events,
             times=np.append(motion.times, motion.duration),
@@ -191,7 +191,7 @@ class FrozenCase(Case):
             "peak_force": NAN,
             "events": (),
             "complete": reason is StopReason.UNTIL,
-            "stop_detail": "" if reason is StopReason.UNTIL else reason.advice,
+            "stop_detail": "" if reason is StopReason.UNTIL else reason.sentence,
             "times": np.array([0.0, time]),
             "contact_velocities": np.stack([self._velocity, end]),
             **own,

@@ -121,7 +121,7 @@ def _at_ends(
             kinds = ", ".join(e.kind for e in run.events) or "none"
             raise InputError(
                 f"compare jump of {run.mechanism!r}, {where}: no event {kind!r} (events: {kinds}; "
-                f"{run.stop_reason.advice}). Fix: start from an impact, or give a later t_end."
+                f"{run.stop_reason.sentence}). Fix: start from an impact, or give a later t_end."
             )
         ends.append([events[0].state[name] for name in names])
         times.append(events[0].time)

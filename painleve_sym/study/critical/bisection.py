@@ -295,7 +295,7 @@ class _Bisection:
         if outcome is Outcome.UNDECIDED:
             raise InputError(
                 f"{self.finder.where}: from {force:g} N the contact neither opens nor stops "
-                f"slipping by t = {self.finder.t_end:g} s: {self.reason.advice}. "
+                f"slipping by t = {self.finder.t_end:g} s: {self.reason.sentence}. "
                 "Fix: give a later t_end, or a state farther from A = 0 and B = 0."
             )
         return self.border.beyond(outcome)

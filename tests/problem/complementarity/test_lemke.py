@@ -85,7 +85,7 @@ def test_ratios_that_differ_by_little_are_no_tie(part):
 def test_solve_lemke_reports_the_step_limit_when_pivots_run_out():
     result = solve_lemke(LCP(np.eye(3), -np.ones(3)), max_pivots=1)
     assert result.status is LemkeStatus.STEP_LIMIT and result.pivots == 1
-    assert "max_pivots" in result.status.advice
+    assert "max_pivots" in result.status.sentence
 
 
 def test_solve_lemke_reports_not_verified_for_a_tolerance_below_rounding():
