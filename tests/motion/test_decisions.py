@@ -56,8 +56,8 @@ def simulator(r, held, policy):
     return Simulator(mechanism, law("rigid", policy=policy))
 
 
-def begun(L, problem, policy):
-    """Return the first moment of a run."""
+def begun(L, problem, policy, t_end=1e-6):
+    """Return a run, by default its first moment."""
     n, r = len(problem.mu), L.shape[1]
     given = {f"l_{i}_{k}": float(L[i, k]) for i in range(2 * n) for k in range(r)}
     given |= {f"b_{i}": float(b) for i, b in enumerate(problem.b)}
@@ -65,13 +65,13 @@ def begun(L, problem, policy):
     given |= {f"u_{i}": float(v) for i, (v,) in enumerate(problem.slip)}
     start = {f"q_{k}{dot}": 0.0 for k in range(r) for dot in ("", "_dot")}
     mechanism = simulator(r, tuple(problem.closed), policy)
-    return mechanism.run(start, parameters=given, t_end=1e-6, max_events=40)
+    return mechanism.run(start, parameters=given, t_end=t_end, max_events=40)
 
 
-def forces(run, n):
-    """Return the forces with which a run begins, row by row."""
+def forces(run, n, t=0.0):
+    """Return the forces of a run at a time, row by row."""
     ends = [f"_c{i}" for i in range(n)] if n > 1 else [""]
-    out = run.outputs(run.t[:1])
+    out = run.outputs(np.array([t]))
     names = [f"{row}_force{end}" for end in ends for row in ("normal", "tangential")]
     return np.array([out[name][0] for name in names])
 
@@ -152,3 +152,58 @@ def test_a_run_of_two_contacts_begins_as_the_kernel_says(r, held, policy):
     border = sum(counts[word] for word in counts if word.endswith("border"))
     assert counts[""] + counts["stalled"] + border == 300
     assert counts["stalled"] <= 3 and border <= 15
+
+
+# ---- after a slip has stopped ----
+
+
+def after_stop(L, problem):
+    """Return whether a run after a stop of slip is a motion of the kernel; None without a stop.
+
+    W and b are constant, so that nothing happens before. 'stalled' where the run ends there.
+    """
+    stated = verdict(problem.answers())
+    if stated.case != "unique" or stated.borders or np.any(np.abs(stated.motions[0][::2]) > 1e-9):
+        return None
+    rates, v = stated.motions[0][1::2], np.array(problem.slip, float).ravel()
+    slowing = v * rates < -1e-9
+    if not np.any(slowing):
+        return None
+    time = np.min(-v[slowing] / rates[slowing])
+    v = v + rates * time
+    after = problem._replace(slip=np.where(np.abs(v) > 1e-9, v, 0.0)[:, None].tolist())
+    answers = after.answers()
+    if answers.borders or problems.case_of(answers) not in ("unique", "indeterminate"):
+        return None
+    run = begun(L, problem, "liftoff", 1.001 * time)
+    if run.stop_reason is not StopReason.T_END:
+        return "stalled" if run.stop_reason in STALLED else False
+    F = forces(run, len(v), 1.0005 * time)
+    return not motion_of(F, after, answers, verdict(answers).motions)
+
+
+def stops(r, held, count):
+    rng, counts = np.random.default_rng(r), Counter()
+    while counts[True] + counts[False] < count:
+        L = rng.integers(-2, 3, size=(2 * len(held), r))
+        if np.linalg.matrix_rank(L) == r and np.all(np.any(L, axis=1)):
+            problem = problems.with_root(rng, L)._replace(closed=list(held))
+            counts[after_stop(L, problem)] += 1
+    return counts
+
+
+@pytest.mark.parametrize(
+    ("r", "held", "count"),
+    [
+        (2, (False,), 40),
+        (2, (True,), 40),
+        pytest.param(2, (False,), 1000, marks=pytest.mark.slow),
+        pytest.param(2, (True,), 1000, marks=pytest.mark.slow),
+        pytest.param(4, (False, False), 100, marks=pytest.mark.slow),
+        pytest.param(3, (False, True), 100, marks=pytest.mark.slow),
+    ],
+)
+def test_a_slip_that_stops_is_followed_as_the_kernel_says(r, held, count):
+    """A guide that needs no force may turn its side by rounding until the run stalls."""
+    counts = stops(r, held, count)
+    assert not counts[False] and counts["stalled"] <= count / 50
