@@ -150,8 +150,8 @@ class ContactProblem(OnlyContact):
             For more than `CONTACT_LIMIT` contacts, or `MAX_RESTING` in space at rest. Fix: in the
             plane, call `solve_lemke` for one solution.
         """
-        law = self._law
-        return tuple([solution_of(law, answer) for answer in self._answers.all])
+        answers = self._answers
+        return tuple([solution_of(answers.law, answer) for answer in answers.all])
 
     @property
     def complete(self) -> bool:

@@ -99,15 +99,18 @@ class ScaledLaw:
     ----------
     W, b, constraints
         Those of the scaled problem; the rows of one ball share their scale, so that it stays one.
-    unit : list of float
-        Forces of the given problem are those of the scaled one times this, which rounds nothing.
+    unit, rate_unit : list of float
+        Forces and accelerations of the given problem are those of the scaled one times these, which
+        rounds nothing.
     """
 
     def __init__(self, W: list[Vector], b: Vector, constraints: Sequence[Constraint]) -> None:
-        self.given = W, b
-        self.W, self.b, self.constraints, self.unit = scaled(W, b, tuple(constraints))
-        self.layout = layout_of(self.constraints)
-        self.parts, self.row_part, self.plain, self.each, *_ = self.layout
+        self.W, self.b, self.constraints, self.unit, self.rate_unit = scaled(
+            W, b, tuple(constraints)
+        )
+        self.layout = layout = layout_of(self.constraints)
+        self.parts, self.row_part = layout.parts, layout.row_part
+        self.plain, self.each = layout.plain, layout.each
         self.part_sizes = self._part_sizes()
         self.offsets = self.lengths(self.b)
         if not self.plain:
@@ -173,7 +176,8 @@ class ScaledLaw:
 
     def motion(self, forces: Vector) -> Motion:
         """Return ``W F + b`` with the size of its terms."""
-        a, terms = accelerations(self.W, self.b, forces)
+        rows = [acceleration(row, self.b[k], forces) for k, row in enumerate(self.W)]
+        a, terms = [rate for rate, _ in rows], [size for _, size in rows]
         if self.plain:
             return Motion(a, list(map(abs, a)), terms)
         lengths = self.lengths(forces)
@@ -478,15 +482,11 @@ def ratio(part: float, whole: float) -> float:
     return part / whole if whole > 0 else 0.0
 
 
-def accelerations(W: list[Vector], b: Vector, forces: Vector) -> tuple[Vector, Vector]:
-    """Return ``W F + b``, and the sum of the sizes of the terms of each entry."""
+def acceleration(row: Vector, free: float, forces: Vector) -> tuple[float, float]:
+    """Return a row of ``W F + b``, and the sum of the sizes of its terms."""
     # Term by term, so that one contact has W_nn F_n + W_nt F_t + b_n literally.
-    rates, sizes = [], []
-    for row, free in zip(W, b, strict=True):
-        rate = size = 0.0
-        for term in map(operator.mul, row, forces):
-            rate += term
-            size += abs(term)
-        rates.append(rate + free)
-        sizes.append(size + abs(free))
-    return rates, sizes
+    rate = size = 0.0
+    for term in map(operator.mul, row, forces):
+        rate += term
+        size += abs(term)
+    return rate + free, size + abs(free)

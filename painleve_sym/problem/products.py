@@ -25,12 +25,12 @@ from painleve_sym.problem.complementarity.solution_sets import (
     solve_two,
 )
 from painleve_sym.problem.constraints import Constraint, Linear, Piece, Vector, linear_pieces
-from painleve_sym.problem.law import ScaledLaw, accelerations
+from painleve_sym.problem.law import ScaledLaw, acceleration
 
 IntArray = npt.NDArray[np.intp]
 
 # Rejects only candidates that are certainly wrong; the others are checked later.
-_REJECTION_TOLERANCE = 1e-6
+REJECTION = 1e-6
 SUM_ROUNDING = 4 * float(
     np.finfo(float).eps
 )  # two products and their difference, each rounded once
@@ -240,7 +240,7 @@ class PieceProduct:
 
     def _plausible(self, forces: Vector, choice: PieceChoice, largest: float) -> bool:
         """Return whether forces may satisfy the inequalities of their pieces."""
-        doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + largest)
+        doubt = REJECTION * (max(map(abs, forces)) + largest)
         for piece in choice.pieces:
             for rows, values in piece.cone:
                 if sum(map(operator.mul, values, [forces[r] for r in rows])) < -doubt:
@@ -250,9 +250,11 @@ class PieceProduct:
                 if size > ball.mu * abs(forces[n]) + doubt * (1 + ball.mu):
                     return False
             for rows, values in piece.signs:
-                W, b = [self.W[r] for r in rows], [self.b[r] for r in rows]
-                rates, sizes = accelerations(W, b, forces)
-                terms = sum(map(operator.mul, map(abs, values), sizes))
-                if sum(map(operator.mul, values, rates)) < -_REJECTION_TOLERANCE * terms:
+                value = terms = 0.0
+                for r, v in zip(rows, values, strict=True):
+                    rate, size = acceleration(self.W[r], self.b[r], forces)
+                    value += v * rate
+                    terms += abs(v) * size
+                if value < -REJECTION * terms:
                     return False
         return True

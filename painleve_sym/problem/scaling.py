@@ -72,11 +72,11 @@ def _with_friction(constraint: Constraint, d: Vector) -> Constraint:
 
 def scaled(
     W: list[Vector], b: Vector, constraints: tuple[Constraint, ...]
-) -> tuple[list[Vector], Vector, tuple[Constraint, ...], Vector]:
-    """Return W, b and the constraints scaled to order one by powers of two, and the unit.
+) -> tuple[list[Vector], Vector, tuple[Constraint, ...], Vector, Vector]:
+    """Return W, b and the constraints scaled to order one by powers of two, and the units.
 
-    Signs and pieces stay the same. Forces F' of the scaled problem are ``unit * F'`` of the
-    given one.
+    Signs and pieces stay the same. The units are those of forces and of accelerations: by them the
+    scaled ones are to be multiplied.
     """
     # ldexp(1, k // 2) is within a factor two of the root of a number near 2**k.
     d = [
@@ -99,4 +99,5 @@ def scaled(
         [v / size for v in offset],
         constraints,
         [size / e for e in d],
+        [size * e for e in d],
     )

@@ -18,7 +18,7 @@ from painleve_sym.errors import Explained
 from painleve_sym.plain_data import plain_fields
 from painleve_sym.problem.answers import MotionWithForces
 from painleve_sym.problem.complementarity.solution_sets import FloatArray
-from painleve_sym.problem.law import ROUNDING, ScaledLaw, accelerations
+from painleve_sym.problem.law import ROUNDING, ScaledLaw
 from painleve_sym.problem.modes import ContactMode, slip_mode
 
 
@@ -279,23 +279,28 @@ def solution_of(law: ScaledLaw, answer: MotionWithForces) -> ContactSolution:
     """Return an answer in the units of the problem, with its accelerations."""
     checked = answer.checked
     forces = list(map(operator.mul, law.unit, checked.forces))
-    a, terms = accelerations(*law.given, forces)
-    a = [0.0 if abs(a[k]) <= ROUNDING * size else a[k] for k, size in enumerate(terms)]
-    modes, normal, parted = list[ContactMode](), list[float](), list[float]()
-    tangential, sliding, slips = list[float](), list[float](), list[tuple[tuple[float, ...], ...]]()
-    for constraint, ways in zip(law.constraints, checked.slips, strict=True):
+    a, _, terms = checked.motion
+    modes, slips = list[ContactMode](), list[tuple[tuple[float, ...], ...]]()
+    normal, tangential = list[float](), list[float]()
+    parted, sliding = list[float](), list[float]()
+
+    def moving(row: int, part: int) -> float:
+        still = abs(a[row]) <= ROUNDING * terms[part]
+        return 0.0 if still else a[row] * law.rate_unit[row]
+
+    for (constraint, n, balls), ways in zip(law.each, checked.slips, strict=True):
         row = constraint.normal
         lifted = constraint.opens and not checked.forces[row]
         modes.append(_mode(lifted, ways))
         normal.append(forces[row])
         # What the mode fixes at 0 is exactly 0.
-        parted.append(a[row] if lifted else 0.0)
+        parted.append(moving(row, n) if lifted else 0.0)
         named = []
-        for ball, way in zip(constraint.balls, ways, strict=True):
+        for (ball, k), way in zip(balls, ways, strict=True):
             named.append(way or _NO_SLIP[len(ball.rows)])
             for t in ball.rows:
                 tangential.append(forces[t])
-                sliding.append(a[t] if lifted or way else 0.0)
+                sliding.append(moving(t, k) if lifted or way else 0.0)
         slips.append(tuple(named))
     numbers = [np.array(values) for values in (normal, tangential, parted, sliding)]
     for array in numbers:

@@ -204,7 +204,8 @@ class Statement(Compared):
 
     def _physical_faults(self) -> list[str]:
         """Return a sentence for each entry that no mechanism can have."""
-        if any(map(is_brake, itertools.compress(self.friction, self.bilateral.tolist()))):
+        held = itertools.compress(self.friction, self.bilateral.tolist())
+        if not self.in_plane and any(map(is_brake, held)):
             return ["bilateral: got a Brake that holds from both sides, which has no normal row."]
         return self._mobility_faults()
 
@@ -266,9 +267,12 @@ class Statement(Compared):
     def _law(self) -> ScaledLaw:
         W, b = self.W.tolist(), self.b.tolist()
         if self.in_plane:
-            given = zip(self.friction, self.slip_directions, self.bilateral.tolist(), strict=True)
-            constraints = [planar(i, own[0].mu, s, both) for i, (own, s, both) in enumerate(given)]
-            return ScaledLaw(W, b, constraints)
+            slips, closed = self.slip_velocity.tolist(), self.bilateral.tolist()
+            planes = [
+                planar(i, own[0].mu, sign_of(slips[i]), closed[i])
+                for i, own in enumerate(self.friction)
+            ]
+            return ScaledLaw(W, b, planes)
         constraints = []
         for i, (own, rows, slip) in enumerate(
             zip(self.friction, self.rows, self.slips, strict=True)

@@ -58,10 +58,8 @@ class Verdict(NamedTuple):
 
 def verdict(answers: Answers, turn: np.ndarray | None = None, rows=slice(None)) -> Verdict:
     """Return what the answers state, accelerations turned and of some rows."""
-    W, b = map(np.array, answers.law.given)
-    unit = np.array(answers.law.unit)
     alone = [answer for answer in answers.all if not answer.moves]
-    motions = [W @ (unit * np.array(answer.checked.forces)) + b for answer in alone]
+    motions = [answer.checked.motion.a * np.array(answers.law.rate_unit) for answer in alone]
     if turn is not None:
         motions = [turn @ a for a in motions]
     return Verdict(

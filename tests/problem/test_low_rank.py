@@ -71,7 +71,7 @@ def door_differences(seed, count, n, most_resting=1):
             changed, to = change(rng, problem)
             one, other = problem.answers(), changed.answers()
             verdicts = verdict(one, to), verdict(other)
-        scale = float(np.max(np.abs(other.law.given[1]))) or 1.0
+        scale = float(np.max(np.abs(other.law.b * np.array(other.law.rate_unit)))) or 1.0
         counts["all"] += 1
         if agree(*verdicts, scale):
             continue
