@@ -27,6 +27,14 @@ def run(capsys, *arguments):
     return code, out, err
 
 
+def refused(capsys, *arguments):
+    """Return the one line that a refused call writes, with exit code 2."""
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "") and err.startswith("painleve: error: ")
+    assert err.count("\n") == 1 and "Traceback" not in err
+    return err
+
+
 def run_json(capsys, *arguments, code=0):
     """Return the parsed output of a call with --json, whose errors must be empty."""
     returned, out, err = run(capsys, *arguments, "--json")

@@ -7,7 +7,7 @@ import math
 import pytest
 
 import painleve_sym as ps
-from tests.cli.cli_helpers import LAW, STIFF, TABLE_4, run, run_json
+from tests.cli.cli_helpers import LAW, STIFF, TABLE_4, refused, run, run_json
 
 ROBOT = ("pr-robot", "--state", "theta=0.7,x_dot=-1", "--close", "theta")
 RIGID = ("--law", "rigid", "--t-end", "0.001")
@@ -74,8 +74,7 @@ def test_an_exported_example_starts_closed(capsys, tmp_path):
     ],
 )
 def test_an_open_contact_names_what_closes_it(capsys, words, hint):
-    code, out, err = run(capsys, *words)
-    assert (code, out) == (2, "") and hint in err
+    assert hint in refused(capsys, *words)
 
 
 @pytest.mark.parametrize(("axes", "named"), [("theta_1,mu", True), ("theta_1,theta_2", False)])

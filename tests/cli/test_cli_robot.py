@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import painleve_sym as ps
-from tests.cli.cli_helpers import run, run_json
+from tests.cli.cli_helpers import refused, run, run_json
 
 ROOT = Path(__file__).parents[2]
 DOG = str(ROOT / "examples" / "robots" / "quadruped.urdf")
@@ -150,8 +150,7 @@ def test_log_reaches_text_json_and_page(capsys, tmp_path):
     assert code == 2 and "--touching: belongs to --trajectory" in err
     code, _, err = run(capsys, *call[:-1], "force>five")
     assert code == 2 and "--touching: got 'force>five', need a column" in err
-    code, _, err = run(capsys, *call[:-1], "forse>5")
-    assert code == 2 and "Did you mean 'force'?" in err
+    assert "Did you mean 'force'?" in refused(capsys, *call[:-1], "forse>5")
 
 
 def test_without_friction_there_is_no_share(capsys):
@@ -224,21 +223,18 @@ def test_figure_and_page_are_written(capsys, tmp_path):
     ],
 )
 def test_bad_input_is_one_sentence(capsys, arguments, expected):
-    code, out, err = run(capsys, *FOOT, *arguments)
-    assert code == 2 and out == ""
-    assert expected in err and "Traceback" not in err
+    assert expected in refused(capsys, *FOOT, *arguments)
 
 
 def test_contact_that_cannot_move_along_the_normal_is_an_error(capsys):
-    code, _, err = run(capsys, "robot", ARM, "--contact", "tip", "--normal", "0,1,0")
-    assert code == 2 and "cannot move along the normal" in err
+    err = refused(capsys, "robot", ARM, "--contact", "tip", "--normal", "0,1,0")
+    assert "cannot move along the normal" in err
 
 
 def test_file_is_named_in_errors(capsys, tmp_path):
     (tmp_path / "r.urdf").write_text("<robot name='a'><link name='b'></robot>")
-    code, _, err = run(capsys, "robot", f"{tmp_path}/r.urdf", "--contact", "b")
-    assert code == 2 and "r.urdf: not well-formed XML" in err
-    assert json.dumps(str(tmp_path)).strip('"') in err
+    err = refused(capsys, "robot", f"{tmp_path}/r.urdf", "--contact", "b")
+    assert "r.urdf: not well-formed XML" in err and json.dumps(str(tmp_path)).strip('"') in err
 
 
 # ---- the contact as a mechanism for classify and jump ----
@@ -305,8 +301,8 @@ radius = "1 cm"
     code, _, err = run(capsys, "jump", file)
     assert code == 2 and "line 7, robot: robot quadruped: unknown pose 'sitting'" in err
     file.write_text(file.read_text() + "floating = 3\nfeet = 4\n")
-    code, _, err = run(capsys, "jump", file)
-    assert code == 2 and "floating: got 3, need true or false" in err and "'feet'" in err
+    err = refused(capsys, "jump", file)
+    assert "floating: got 3, need true or false" in err and "'feet'" in err
 
 
 @pytest.mark.parametrize(
@@ -333,9 +329,7 @@ radius = "1 cm"
     ],
 )
 def test_bad_contact_of_a_robot_is_one_sentence(capsys, words, expected):
-    code, out, err = run(capsys, *words)
-    assert code == 2 and out == ""
-    assert expected in err and "Traceback" not in err
+    assert expected in refused(capsys, *words)
 
 
 GANTRY = """<robot name="gantry"><link name="base"/>
@@ -370,8 +364,7 @@ def test_a_contact_that_no_friction_moves_along_its_normal_is_never_at_risk(caps
     code, out, _ = run(capsys, *call, "--trajectory", str(log))
     assert code == 0 and "share of time at risk: 0 %" in out
     picture = ("--trajectory", str(log), "--out", str(tmp_path / "along.png"))
-    code, _, err = run(capsys, *call, *picture)
-    assert code == 2 and "along the motion: got none that is finite" in err
+    assert "along the motion: got none that is finite" in refused(capsys, *call, *picture)
 
 
 def test_a_search_goes_past_poses_that_are_never_at_risk(tmp_path):

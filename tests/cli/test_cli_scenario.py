@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from painleve_sym.study.scenario import Scenario
-from tests.cli.cli_helpers import STIFF, TABLE_3, run, run_json
+from tests.cli.cli_helpers import STIFF, TABLE_3, refused, run, run_json
 
 TEXT = """\
 title = "Table 3, stiff"
@@ -114,10 +114,7 @@ WRONG = [
 def test_wrong_scenario_is_one_line_and_exit_code_2(capsys, tmp_path, text, words):
     path = tmp_path / "case.toml"
     path.write_text(text, "utf-8")
-    code, out, err = run(capsys, "classify", path)
-    assert (code, out) == (2, "")
-    assert err.startswith("painleve: error: ") and err.count("\n") == 1
-    assert words in err
+    assert words in refused(capsys, "classify", path)
 
 
 SEVERAL = """\
@@ -172,17 +169,13 @@ def test_numbers_of_a_file_may_have_units(tmp_path):
 def test_scenario_file_that_cannot_be_read(capsys, tmp_path, name):
     (tmp_path / "folder.toml").mkdir()
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
-    code, out, err = run(capsys, "simulate", tmp_path / name)
-    assert (code, out) == (2, "")
-    assert "scenario file" in err and err.count("\n") == 1
+    assert "scenario file" in refused(capsys, "simulate", tmp_path / name)
 
 
 def test_scenario_file_that_never_ends_is_refused(capsys):
     if not Path("/dev/zero").exists():
         pytest.skip("this system has no /dev/zero")
-    code, out, err = run(capsys, "simulate", "/dev/zero")
-    assert (code, out) == (2, "")
-    assert "got more than" in err
+    assert "got more than" in refused(capsys, "simulate", "/dev/zero")
 
 
 def test_scenario_without_toml_suffix_is_found(capsys, file, monkeypatch):
@@ -207,5 +200,4 @@ def test_an_absent_file_is_called_a_file_with_the_nearest_name(tmp_path, capsys,
         "painleve: error: mechanism or scenario file hammr.toml: No such file or directory. "
         "Did you mean 'hammer.toml'? Fix: name a readable TOML file.\n"
     )
-    code, _, err = run(capsys, "simulate", "another.toml", "--law", "hertz")
-    assert code == 2 and "Did you mean" not in err
+    assert "Did you mean" not in refused(capsys, "simulate", "another.toml", "--law", "hertz")
