@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import painleve_sym as ps
 from painleve_sym.study import read_fit_data
 from painleve_sym.units import factor, in_unit, is_quantity
-from tests.cli.cli_helpers import refused, run, run_json
+from tests.cli.cli_helpers import rejected, run, run_json
 
 CONVERTED = [
     ("30deg", "rad", math.pi / 6),
@@ -145,7 +145,7 @@ def test_commands_take_units(capsys):
     assert run_json(capsys, *mapped)["parameters"]["m"] == 0.2
     code, _, err = run(capsys, "classify", "rod", "--state", "theta=3mm")
     assert code == 2 and "--state theta: got the unit [mm], need [rad]" in err
-    assert "unknown quantity 'angle'" in refused(capsys, "classify", "rod", "--state", "angle=3mm")
+    assert "unknown quantity 'angle'" in rejected(capsys, "classify", "rod", "--state", "angle=3mm")
 
 
 def test_columns_in_other_units_are_converted(tmp_path):

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from painleve_sym.certify.checker import Polynomials, Rejected, check, digest, halves
 from painleve_sym.certify.program import program_of
 from painleve_sym.errors import InputError
-from tests.cli.cli_helpers import refused, run, run_json
+from tests.cli.cli_helpers import rejected, run, run_json
 
 SIDES = st.tuples(st.floats(-3, 3), st.floats(0, 1.5)).map(lambda p: (p[0], p[0] + p[1]))
 SHARES = st.floats(0, 1)
@@ -344,7 +344,7 @@ def test_box_that_leaves_the_domain_is_refuted_there(capsys, name):
         for n, v in at.items()
         for word in ("--state" if n == "theta" else option, f"{n}={v!r}")
     ]
-    err = refused(capsys, "classify", mechanism, "--set", held, *place)
+    err = rejected(capsys, "classify", mechanism, "--set", held, *place)
     assert said in " ".join(err.split())
     shown = " ".join(run(capsys, *command)[1].split())
     assert f"refuted: need {data['condition']}, which fails in the middle" in shown
@@ -467,4 +467,4 @@ def test_certificate_without_its_bounds_is_rejected(capsys, tmp_path):
     ],
 )
 def test_bad_input_is_one_sentence(capsys, arguments, expected):
-    assert expected in refused(capsys, "certify", *arguments)
+    assert expected in rejected(capsys, "certify", *arguments)

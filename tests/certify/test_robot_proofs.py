@@ -14,7 +14,7 @@ import pytest
 import painleve_sym as ps
 from painleve_sym.certify.checker import Rejected, check, digest
 from painleve_sym.problem.risk import friction_threshold
-from tests.cli.cli_helpers import refused, run, run_json
+from tests.cli.cli_helpers import rejected, run, run_json
 
 ROOT = Path(__file__).parents[2]
 FILES = ROOT / "tests" / "robots" / "files"
@@ -173,7 +173,7 @@ def test_command_proves_and_verifies_without_flint(capsys, tmp_path, monkeypatch
     code, out, _ = run(capsys, *proved, "--check", str(file))
     assert code == 1 and out.startswith("rejected: its program is not")
     monkeypatch.delitem(sys.modules, "painleve_sym.certify.ball_polynomials", raising=False)
-    assert "needs python-flint" in refused(capsys, *proved)
+    assert "needs python-flint" in rejected(capsys, *proved)
 
 
 @pytest.mark.parametrize(
@@ -194,10 +194,10 @@ def test_command_proves_and_verifies_without_flint(capsys, tmp_path, monkeypatch
     ],
 )
 def test_bad_input_is_one_sentence(capsys, arguments, expected):
-    err = refused(capsys, *COMMAND, *arguments)
+    err = rejected(capsys, *COMMAND, *arguments)
     assert expected in " ".join(err.split())
 
 
 def test_options_of_a_proof_need_a_proof(capsys):
     for option in (("--over", OVER), ("--check", "a.json")):
-        assert "belongs to --certify" in refused(capsys, *COMMAND[:-1], *option)
+        assert "belongs to --certify" in rejected(capsys, *COMMAND[:-1], *option)

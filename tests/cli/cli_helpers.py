@@ -28,7 +28,7 @@ def run(capsys, *arguments):
 
 
 def refused(capsys, *arguments):
-    """Return the one line that a refused call writes, with exit code 2."""
+    """Return the one line that a rejected call writes, with exit code 2."""
     code, out, err = run(capsys, *arguments)
     assert (code, out) == (2, "") and err.startswith("painleve: error: ")
     assert err.count("\n") == 1 and "Traceback" not in err

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from tests.cli.cli_helpers import LAW, ROOT, TABLE_3, TABLE_4, refused, run
+from tests.cli.cli_helpers import LAW, ROOT, TABLE_3, TABLE_4, rejected, run
 
 CLASSIFY = ("classify", "rod", "--state", TABLE_3)
 JUMP = ("jump", "rod", "--state", TABLE_3)
@@ -116,7 +116,7 @@ CASES = [
 
 @pytest.mark.parametrize(("arguments", "words"), CASES)
 def test_bad_input_is_one_line_and_exit_code_2(capsys, arguments, words):
-    assert words in refused(capsys, *arguments)
+    assert words in rejected(capsys, *arguments)
 
 
 ANY_MASS = """
@@ -166,7 +166,7 @@ def test_mobility_without_numbers_is_said_of_the_state(capsys, tmp_path, command
 
 
 def test_several_faults_are_told_at_once(capsys):
-    err = refused(capsys, *CLASSIFY, "--set", "m=-1,mu=-1")
+    err = rejected(capsys, *CLASSIFY, "--set", "m=-1,mu=-1")
     assert "parameter m" in err and "parameter mu" in err
 
 
@@ -183,7 +183,7 @@ def test_several_faults_are_told_at_once(capsys):
     ],
 )
 def test_an_error_line_has_a_limited_length(capsys, arguments):
-    err = refused(capsys, *arguments)
+    err = rejected(capsys, *arguments)
     assert len(err) < 3000
 
 
@@ -244,13 +244,13 @@ def test_output_without_a_name_is_refused(capsys, tmp_path, monkeypatch, no_comp
 
 
 def test_output_file_must_not_be_a_device(capsys, no_computing):
-    assert "cannot be written" in refused(capsys, *SIMULATE, "--save", os.devnull)
+    assert "cannot be written" in rejected(capsys, *SIMULATE, "--save", os.devnull)
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_output_folder_without_permission(capsys, tmp_path, no_computing):
     tmp_path.chmod(0o500)
-    assert "Permission denied" in refused(capsys, *SIMULATE, "--save", tmp_path / "run.npz")
+    assert "Permission denied" in rejected(capsys, *SIMULATE, "--save", tmp_path / "run.npz")
 
 
 @pytest.mark.parametrize("name", ["file", "file/sub", "x" * 300])
@@ -285,4 +285,4 @@ def test_report_folder_that_cannot_be_made(capsys, tmp_path, monkeypatch, name):
     ],
 )
 def test_a_newcomers_mistake_is_named_with_its_remedy(capsys, words, message):
-    assert message in refused(capsys, *words)
+    assert message in rejected(capsys, *words)

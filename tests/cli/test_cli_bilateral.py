@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tests.cli.cli_helpers import ROOT, refused, run, run_json
+from tests.cli.cli_helpers import ROOT, rejected, run, run_json
 
 BEAD = ROOT / "examples" / "mechanisms" / "bead-in-groove.toml"
 RIGHT, LEFT = "phi=1.2,x_dot=1", "phi=1.2,x_dot=-1"
@@ -75,4 +75,4 @@ def test_map_names_the_number_of_solutions(capsys, tmp_path):
 )
 def test_what_does_not_apply_is_refused_in_one_line(capsys, command, words):
     name, *rest = command
-    assert words in refused(capsys, name, "painleve-klein", "--state", RIGHT, *rest)
+    assert words in rejected(capsys, name, "painleve-klein", "--state", RIGHT, *rest)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 import painleve_sym as ps
-from tests.cli.cli_helpers import LAW, STIFF, TABLE_4, refused, run, run_json
+from tests.cli.cli_helpers import LAW, STIFF, TABLE_4, rejected, run, run_json
 
 ROBOT = ("pr-robot", "--state", "theta=0.7,x_dot=-1", "--close", "theta")
 RIGID = ("--law", "rigid", "--t-end", "0.001")
@@ -74,7 +74,7 @@ def test_an_exported_example_starts_closed(capsys, tmp_path):
     ],
 )
 def test_an_open_contact_names_what_closes_it(capsys, words, hint):
-    assert hint in refused(capsys, *words)
+    assert hint in rejected(capsys, *words)
 
 
 @pytest.mark.parametrize(("axes", "named"), [("theta_1,mu", True), ("theta_1,theta_2", False)])

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from painleve_sym.cli.commands import COMMANDS
-from tests.cli.cli_helpers import refused, run, run_json
+from tests.cli.cli_helpers import rejected, run, run_json
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
@@ -32,7 +32,7 @@ def test_bash_completes_an_option_of_a_command(capsys):
 
 def test_without_shtab_the_install_line_is_given(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "shtab", None)
-    assert "pip install 'painleve-sym[completion]'" in refused(capsys, "--print-completion", "bash")
+    assert "pip install 'painleve-sym[completion]'" in rejected(capsys, "--print-completion", "bash")
 
 
 def test_one_mechanism_one_law_and_one_rule_are_shown_alone(capsys):

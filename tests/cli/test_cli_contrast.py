@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.cli.cli_helpers import ROOT, TABLE_3, TABLE_4, refused, run, run_json
+from tests.cli.cli_helpers import ROOT, TABLE_3, TABLE_4, rejected, run, run_json
 
 QUICK = ("--steps", "1e-3", "--stiffness", "20.9e14", "--solvers", "least-impulse,lemke")
 
@@ -95,7 +95,7 @@ def test_figure_of_rigid_motion_that_jams(capsys, tmp_path):
 
 @pytest.mark.parametrize("case", ["block-two-feet", ROOT / "examples/mechanisms/ladder.toml"])
 def test_several_contacts_are_refused_in_one_sentence(capsys, case):
-    err = refused(capsys, "contrast", case, "--state", "theta=1")
+    err = rejected(capsys, "contrast", case, "--state", "theta=1")
     assert "got 2 contacts, need one, since time stepping" in err and "--contact" in err
 
 
@@ -120,11 +120,11 @@ def test_several_contacts_are_refused_in_one_sentence(capsys, case):
     ],
 )
 def test_bad_input_is_one_sentence(capsys, options, words):
-    assert words in refused(capsys, "contrast", "rod", "--state", TABLE_3, *options)
+    assert words in rejected(capsys, "contrast", "rod", "--state", TABLE_3, *options)
 
 
 def test_state_must_be_outside_the_ground(capsys):
-    err = refused(capsys, "contrast", "rod", "--state", f"{TABLE_3},y_A=-1e-6")
+    err = rejected(capsys, "contrast", "rod", "--state", f"{TABLE_3},y_A=-1e-6")
     assert "inside the ground" in err
 
 
@@ -217,4 +217,4 @@ def test_scenario_of_a_robot(capsys, tmp_path):
     ],
 )
 def test_faults_in_space_are_one_sentence(capsys, call, words):
-    assert words in refused(capsys, "contrast", *call)
+    assert words in rejected(capsys, "contrast", *call)

@@ -15,7 +15,7 @@ from painleve_sym.present.figure_of_outcome import outcome_figure
 from painleve_sym.present.style import write_figure
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap, outcome_map
-from tests.cli.cli_helpers import STIFF, TABLE_3, TABLE_4, refused, run, run_json
+from tests.cli.cli_helpers import STIFF, TABLE_3, TABLE_4, rejected, run, run_json
 from tests.support.paper_law import paper_law
 
 ROD = ("critical", "rod", "--state", TABLE_4)
@@ -126,5 +126,5 @@ def test_outcome_map_leaves_out_what_is_not_indeterminate(tmp_path):
     ],
 )
 def test_critical_refuses(capsys, words, message):
-    err = refused(capsys, *words)
+    err = rejected(capsys, *words)
     assert any(part in err for part in message.split("|")), err

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from tests.cli.cli_helpers import ROOT, only_contact, refused, run, run_json
+from tests.cli.cli_helpers import ROOT, only_contact, rejected, run, run_json
 
 TABLE = str(ROOT / "examples/mechanisms/oscillating-table.toml")
 LEVEL = ("--set", "a=0")
@@ -92,4 +92,4 @@ def test_fit_estimates_an_amplitude_from_a_history(capsys, tmp_path):
 
 
 def test_state_with_the_time_of_a_mechanism_without_it_is_refused(capsys):
-    assert "unknown state 't'" in refused(capsys, "classify", "rod", "--state", "theta=1,t=0.3")
+    assert "unknown state 't'" in rejected(capsys, "classify", "rod", "--state", "theta=1,t=0.3")

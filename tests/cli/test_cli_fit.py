@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.cli_helpers import refused, run, run_json
+from tests.cli.cli_helpers import rejected, run, run_json
 
 FOLDER = Path(__file__).parents[2] / "examples" / "studies" / "fit"
 FALL = "theta=1,theta_dot=1,x_A_dot=-1,y_A_dot=-0.02"
@@ -51,4 +51,4 @@ def test_fit_of_motions_row_by_row_as_json(capsys):
     ],
 )
 def test_fit_refuses_bad_input_in_one_line(capsys, arguments, said):
-    assert said in refused(capsys, "fit", *arguments)
+    assert said in rejected(capsys, "fit", *arguments)

@@ -24,7 +24,7 @@ from painleve_sym.mechanics.materials import materials
 from painleve_sym.mechanics.models import NAMED
 from painleve_sym.papers import registry as study
 from painleve_sym.papers.impact_resolution import items
-from tests.cli.cli_helpers import refused, run, run_json
+from tests.cli.cli_helpers import rejected, run, run_json
 
 
 def test_models_lists_names_coordinates_parameters_units_and_source(capsys):
@@ -232,7 +232,7 @@ def test_reproduce_list_names_every_item(capsys):
 def test_reproduce_one_paper_by_its_name(capsys):
     code, out, _ = run(capsys, "reproduce", "impact-resolution", "--only", "eq-2", "--json")
     assert (code, json.loads(out)["papers"]) == (0, ["impact-resolution"])
-    assert "Did you mean 'impact-resolution'" in refused(capsys, "reproduce", "impact-resolutoin")
+    assert "Did you mean 'impact-resolution'" in rejected(capsys, "reproduce", "impact-resolutoin")
 
 
 def test_reproduce_with_an_item_that_raises_exits_with_1_and_keeps_its_json(capsys, monkeypatch):

@@ -14,7 +14,7 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.present.figure_of_map import map_figure
 from painleve_sym.present.style import write_figure
 from painleve_sym.study.maps.region_map import RegionMap, region_map
-from tests.cli.cli_helpers import refused, run, run_json
+from tests.cli.cli_helpers import rejected, run, run_json
 
 ROD = ("map", "rod", "--over", "theta,theta_dot", "--range", "theta=0.1:1.5,theta_dot=-5:5")
 SMALL = ("--points", "40")
@@ -121,7 +121,7 @@ def test_map_bad_input_is_one_sentence_and_writes_nothing(
     capsys, tmp_path, monkeypatch, arguments, words
 ):
     monkeypatch.chdir(tmp_path)
-    err = refused(capsys, *arguments)
+    err = rejected(capsys, *arguments)
     assert words in err and list(tmp_path.iterdir()) == []
 
 
@@ -130,7 +130,7 @@ def test_map_checks_its_output_before_it_computes(capsys, tmp_path, monkeypatch)
         raise AssertionError("computed")
 
     monkeypatch.setattr("painleve_sym.cli.map.region_map", forbidden)
-    assert "is a folder" in refused(capsys, *ROD, "--out", tmp_path)
+    assert "is a folder" in rejected(capsys, *ROD, "--out", tmp_path)
 
 
 @pytest.mark.filterwarnings("ignore:at .* points the state has a gap")

@@ -6,7 +6,7 @@ import pytest
 
 from painleve_sym.mechanics.materials import materials
 from painleve_sym.references import reference
-from tests.cli.cli_helpers import LAW, TABLE_3, refused, run, run_json
+from tests.cli.cli_helpers import LAW, TABLE_3, rejected, run, run_json
 
 START = ("--state", TABLE_3)
 
@@ -75,4 +75,4 @@ def test_material_of_a_scenario_and_of_a_map(capsys, tmp_path):
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(capsys, command, message):
-    assert message in refused(capsys, *command)
+    assert message in rejected(capsys, *command)

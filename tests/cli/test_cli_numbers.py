@@ -21,7 +21,7 @@ from tests.cli.cli_helpers import (
     TABLE_3,
     TABLE_4,
     only_contact,
-    refused,
+    rejected,
     run,
     run_json,
 )
@@ -312,7 +312,7 @@ def test_times_and_forces_may_have_units(capsys, words, plain):
     ],
 )
 def test_units_of_another_kind_are_refused(capsys, words, message):
-    assert message in refused(capsys, *words)
+    assert message in rejected(capsys, *words)
 
 
 def test_simulate_says_where_its_energy_balance_does_not_close(capsys, monkeypatch):

@@ -16,7 +16,7 @@ import pytest
 import painleve_sym
 from painleve_sym.cli import main
 from painleve_sym.errors import CompileError, PainleveWarning
-from tests.cli.cli_helpers import LAW, ROOT, TABLE_3, process, refused, run
+from tests.cli.cli_helpers import LAW, ROOT, TABLE_3, process, rejected, run
 
 HEAVY = ("casadi", "matplotlib", "numpy", "scipy", "sympy")
 
@@ -146,7 +146,7 @@ def test_figures_of_a_report_have_the_look_asked_for(capsys, tmp_path):
     own = tmp_path / "own" / "figures"
     assert {path.name for path in own.iterdir()} == {"fig-3.png", "fig-3.svg"}
     assert (own / "fig-3.png").read_bytes() != figures["fig-3.png"].read_bytes()
-    err = refused(capsys, "reproduce", "--width", "wide")
+    err = rejected(capsys, "reproduce", "--width", "wide")
     assert err.startswith("painleve: error: --width")
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import painleve_sym as ps
-from tests.cli.cli_helpers import refused, run, run_json
+from tests.cli.cli_helpers import rejected, run, run_json
 
 ROOT = Path(__file__).parents[2]
 DOG = str(ROOT / "examples" / "robots" / "quadruped.urdf")
@@ -150,7 +150,7 @@ def test_log_reaches_text_json_and_page(capsys, tmp_path):
     assert code == 2 and "--touching: belongs to --trajectory" in err
     code, _, err = run(capsys, *call[:-1], "force>five")
     assert code == 2 and "--touching: got 'force>five', need a column" in err
-    assert "Did you mean 'force'?" in refused(capsys, *call[:-1], "forse>5")
+    assert "Did you mean 'force'?" in rejected(capsys, *call[:-1], "forse>5")
 
 
 def test_without_friction_there_is_no_share(capsys):
@@ -223,17 +223,17 @@ def test_figure_and_page_are_written(capsys, tmp_path):
     ],
 )
 def test_bad_input_is_one_sentence(capsys, arguments, expected):
-    assert expected in refused(capsys, *FOOT, *arguments)
+    assert expected in rejected(capsys, *FOOT, *arguments)
 
 
 def test_contact_that_cannot_move_along_the_normal_is_an_error(capsys):
-    err = refused(capsys, "robot", ARM, "--contact", "tip", "--normal", "0,1,0")
+    err = rejected(capsys, "robot", ARM, "--contact", "tip", "--normal", "0,1,0")
     assert "cannot move along the normal" in err
 
 
 def test_file_is_named_in_errors(capsys, tmp_path):
     (tmp_path / "r.urdf").write_text("<robot name='a'><link name='b'></robot>")
-    err = refused(capsys, "robot", f"{tmp_path}/r.urdf", "--contact", "b")
+    err = rejected(capsys, "robot", f"{tmp_path}/r.urdf", "--contact", "b")
     assert "r.urdf: not well-formed XML" in err and json.dumps(str(tmp_path)).strip('"') in err
 
 
@@ -301,7 +301,7 @@ radius = "1 cm"
     code, _, err = run(capsys, "jump", file)
     assert code == 2 and "line 7, robot: robot quadruped: unknown pose 'sitting'" in err
     file.write_text(file.read_text() + "floating = 3\nfeet = 4\n")
-    err = refused(capsys, "jump", file)
+    err = rejected(capsys, "jump", file)
     assert "floating: got 3, need true or false" in err and "'feet'" in err
 
 
@@ -329,7 +329,7 @@ radius = "1 cm"
     ],
 )
 def test_bad_contact_of_a_robot_is_one_sentence(capsys, words, expected):
-    assert expected in refused(capsys, *words)
+    assert expected in rejected(capsys, *words)
 
 
 GANTRY = """<robot name="gantry"><link name="base"/>
@@ -364,7 +364,7 @@ def test_a_contact_that_no_friction_moves_along_its_normal_is_never_at_risk(caps
     code, out, _ = run(capsys, *call, "--trajectory", str(log))
     assert code == 0 and "share of time at risk: 0 %" in out
     picture = ("--trajectory", str(log), "--out", str(tmp_path / "along.png"))
-    assert "along the motion: got none that is finite" in refused(capsys, *call, *picture)
+    assert "along the motion: got none that is finite" in rejected(capsys, *call, *picture)
 
 
 def test_a_search_goes_past_poses_that_are_never_at_risk(tmp_path):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from painleve_sym.study.scenario import Scenario
-from tests.cli.cli_helpers import STIFF, TABLE_3, refused, run, run_json
+from tests.cli.cli_helpers import STIFF, TABLE_3, rejected, run, run_json
 
 TEXT = """\
 title = "Table 3, stiff"
@@ -114,7 +114,7 @@ WRONG = [
 def test_wrong_scenario_is_one_line_and_exit_code_2(capsys, tmp_path, text, words):
     path = tmp_path / "case.toml"
     path.write_text(text, "utf-8")
-    assert words in refused(capsys, "classify", path)
+    assert words in rejected(capsys, "classify", path)
 
 
 SEVERAL = """\
@@ -169,13 +169,13 @@ def test_numbers_of_a_file_may_have_units(tmp_path):
 def test_scenario_file_that_cannot_be_read(capsys, tmp_path, name):
     (tmp_path / "folder.toml").mkdir()
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
-    assert "scenario file" in refused(capsys, "simulate", tmp_path / name)
+    assert "scenario file" in rejected(capsys, "simulate", tmp_path / name)
 
 
 def test_scenario_file_that_never_ends_is_refused(capsys):
     if not Path("/dev/zero").exists():
         pytest.skip("this system has no /dev/zero")
-    assert "got more than" in refused(capsys, "simulate", "/dev/zero")
+    assert "got more than" in rejected(capsys, "simulate", "/dev/zero")
 
 
 def test_scenario_without_toml_suffix_is_found(capsys, file, monkeypatch):
@@ -200,4 +200,4 @@ def test_an_absent_file_is_called_a_file_with_the_nearest_name(tmp_path, capsys,
         "painleve: error: mechanism or scenario file hammr.toml: No such file or directory. "
         "Did you mean 'hammer.toml'? Fix: name a readable TOML file.\n"
     )
-    assert "Did you mean" not in refused(capsys, "simulate", "another.toml", "--law", "hertz")
+    assert "Did you mean" not in rejected(capsys, "simulate", "another.toml", "--law", "hertz")

@@ -12,7 +12,7 @@ import pytest
 import painleve_sym as ps
 from painleve_sym.errors import InputError
 from painleve_sym.robots.dynamics import coordinate_names
-from tests.cli.cli_helpers import refused, run_json
+from tests.cli.cli_helpers import rejected, run_json
 from tests.robots.random_robots import HOSTILE, random_parts, urdf
 
 CLASH = """<robot name="c"><link name="a"><inertial><mass value="5"/>
@@ -132,7 +132,7 @@ def test_a_joint_with_a_foreign_name_is_named_in_a_notice(capsys, tmp_path):
     where = (str(path), "--contact", "b", "--set", "mu=2", "--contact-velocity", "0,1,0")
     data = run_json(capsys, "classify", *where, "--state", "joint_normal_x=0.5")
     assert data["state"]["joint_normal_x"] == 0.5
-    err = refused(capsys, "classify", *where, "--state", "normal_x=0.5")
+    err = rejected(capsys, "classify", *where, "--state", "normal_x=0.5")
     assert "unknown state 'normal_x'. Did you mean 'joint_normal_x'?" in err
     with pytest.raises(InputError, match="unknown torque 'joint_normal'"):
         ps.robot(path).contact("b").classify(1.0, torques={"joint_normal": 1.0})
