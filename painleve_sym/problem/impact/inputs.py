@@ -86,8 +86,8 @@ def impact_inputs(
     if e < 0 or e > 1:
         faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
     law = restitution
-    if not isinstance(law, RestitutionLaw) and law in RESTITUTIONS:
-        law = RESTITUTIONS[law]
+    if isinstance(law, str):
+        law = RESTITUTIONS.get(law, law)
     if not isinstance(law, RestitutionLaw):
         faults.append(unknown_name("restitution law", law, RESTITUTIONS))
     if faults or not isinstance(law, RestitutionLaw):
