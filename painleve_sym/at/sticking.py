@@ -38,15 +38,15 @@ def sticking_formulas(W: ca.SX, b: ca.SX) -> tuple[ca.SX, ca.SX]:
 
     from painleve_sym.problem.risk import RANK_ONE
 
-    t11, t12, t22 = W[1, 1], W[1, 2], W[2, 2]
-    determinant, trace = t11 * t22 - t12 * t12, t11 + t22
-    regular = determinant > RANK_ONE * trace * trace
+    trace = W[1, 1] + W[2, 2]
+    size = ca.if_else(trace > 0, trace, 1)
+    # Of order one, so that no product of two of them leaves the range of numbers.
+    unit = W[1:, 1:] / size
+    t11, t12, t22 = unit[0, 0], unit[0, 1], unit[1, 1]
+    determinant = t11 * t22 - t12 * t12
+    regular = determinant > RANK_ONE
     adjugate = ca.vertcat(ca.horzcat(t22, -t12), ca.horzcat(-t12, t11))
-    # The pseudoinverse of a matrix of rank one is the matrix over the square of its trace.
-    inverse = ca.if_else(
-        regular,
-        adjugate / ca.if_else(regular, determinant, 1),
-        W[1:, 1:] / ca.if_else(trace > 0, trace * trace, 1),
-    )
-    held = W[0, 1:] @ inverse
+    # The pseudoinverse of a matrix of rank one and trace one is the matrix.
+    inverse = ca.if_else(regular, adjugate / ca.if_else(regular, determinant, 1), unit)
+    held = W[0, 1:] @ inverse / size
     return W[0, 0] - held @ W[1:, 0], b[0] - held @ b[1:]

@@ -152,16 +152,17 @@ def _pseudoinverse(W: Array) -> Array:
     For one and two rows by formulas: arrays of states have many.
     """
     if len(W) == 1:
-        above, below = np.ones_like(W), W[0]
-    elif len(W) == 2:
-        (a, c), (_, d) = W
-        determinant, trace = a * d - c * c, a + d
-        regular = determinant > RANK_ONE * trace * trace
-        # That of a matrix of rank one is the matrix over the square of its trace.
-        above = np.where(regular, np.array([[d, -c], [-c, a]]), W)
-        below = np.where(regular, determinant, trace * trace)
-    else:
-        last = np.moveaxis(W, (0, 1), (-2, -1))
-        inverse = np.linalg.pinv(last, rcond=RANK_ONE, hermitian=True)
-        return np.asarray(np.moveaxis(inverse, (-2, -1), (0, 1)))
-    return np.asarray(np.divide(above, below, out=np.zeros_like(above), where=below != 0))
+        return np.asarray(np.divide(1.0, W, out=np.zeros_like(W), where=W != 0))
+    if len(W) == 2:
+        trace = W[0, 0] + W[1, 1]
+        # Of order one, so that no product of two of them leaves the range of numbers.
+        (a, c), (_, d) = unit = np.divide(W, trace, out=np.zeros_like(W), where=trace > 0)
+        determinant = a * d - c * c
+        regular = determinant > RANK_ONE
+        adjugate = np.array([[d, -c], [-c, a]])
+        # That of a matrix of rank one and trace one is the matrix.
+        inverse = np.where(regular, adjugate / np.where(regular, determinant, 1.0), unit)
+        return np.asarray(np.divide(inverse, trace, out=np.zeros_like(W), where=trace > 0))
+    last = np.moveaxis(W, (0, 1), (-2, -1))
+    inverse = np.linalg.pinv(last, rcond=RANK_ONE, hermitian=True)
+    return np.asarray(np.moveaxis(inverse, (-2, -1), (0, 1)))

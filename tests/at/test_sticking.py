@@ -85,3 +85,15 @@ def test_arm_that_moves_in_one_plane_has_the_sticking_of_the_plane():
         expected = numbers.b[0] - nt * numbers.b[1] / tt
         assert numbers.B_stick.item() == pytest.approx(expected, abs=1e-9)
         assert (numbers.A_stick.item() < 1e-12) == A_is_zero
+
+
+@pytest.mark.parametrize("unit", [1e-170, 1.0, 1e170])
+@pytest.mark.parametrize("rank", [1, 2])
+def test_sticking_is_the_same_in_every_unit(unit, rank):
+    """A′ = W_nn − wᵀ T⁺ w: 2 − 1 at rank one, with w along it, and else 2 − 2/3."""
+    w, T = ([1.0, 1.0], np.ones((2, 2))) if rank == 1 else ([1.0, 0.0], np.diag([1.5, 3.0]))
+    W = np.block([[np.array([[2.0]]), np.array([w])], [np.array([w]).T, T]]) * unit
+    b = np.array([-3.0, *w])
+    expected = {1: (1.0, -4.0), 2: (4 / 3, -11 / 3)}[rank]
+    for A, B in (by_formulas(W, b), schur_complement(W, b, 1)):
+        assert (np.squeeze(A) / unit, np.squeeze(B)) == pytest.approx(expected, rel=1e-14)
