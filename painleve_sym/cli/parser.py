@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import difflib
 import importlib
+import re
 from collections.abc import Callable, Sequence
 
 from painleve_sym.cli.commands import COMMANDS
@@ -72,24 +73,19 @@ def _unexpected(word: str, options: list[str]) -> str:
     return f"unknown option {name!r}.{hint} Known: {', '.join(options)}."
 
 
+_NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
+
+
 def _joined(words: list[str]) -> list[str]:
-    """Join an option and a negative number, which argparse would take for an option."""
+    """Join an option and what begins with a negative number, which argparse takes for an option."""
     joined: list[str] = []
     for word in words:
         before = joined[-1] if joined else ""
-        if before.startswith("--") and "=" not in before and _is_negative_number(word):
+        if before.startswith("--") and "=" not in before and _NEGATIVE.match(word):
             joined[-1] = f"{before}={word}"
         else:
             joined.append(word)
     return joined
-
-
-def _is_negative_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return word.startswith("-")
 
 
 def run_command(arguments: argparse.Namespace) -> int:
