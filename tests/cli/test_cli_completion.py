@@ -32,7 +32,9 @@ def test_bash_completes_an_option_of_a_command(capsys):
 
 def test_without_shtab_the_install_line_is_given(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "shtab", None)
-    assert "pip install 'painleve-sym[completion]'" in rejected(capsys, "--print-completion", "bash")
+    assert "pip install 'painleve-sym[completion]'" in rejected(
+        capsys, "--print-completion", "bash"
+    )
 
 
 def test_one_mechanism_one_law_and_one_rule_are_shown_alone(capsys):
