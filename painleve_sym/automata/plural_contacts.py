@@ -276,9 +276,17 @@ class PluralContacts(ContactStates):
             parts = [sp.Abs(W[row, j] * F[j], evaluate=False) for j in range(F.rows)]
             return sp.Add(*parts, sp.Abs(b[row]))
 
-        forces = sp.Add(*[sp.Abs(f) for f in F], sp.Abs(b[n]) / W[n, n])
-        values = F[n], F[t], moved[n], moved[t], forces, size(n), size(t), W[n, n]
-        return ContactMotion(*values, sp.Add(*[f**2 for f in F]))
+        return ContactMotion(
+            normal_force=F[n],
+            tangential_force=F[t],
+            normal_acceleration=moved[n],
+            tangential_acceleration=moved[t],
+            force_scale=sp.Add(*[sp.Abs(f) for f in F], sp.Abs(b[n]) / W[n, n]),
+            normal_scale=size(n),
+            tangential_scale=size(t),
+            normal_mobility=W[n, n],
+            force_square=sp.Add(*[f**2 for f in F]),
+        )
 
     # ---- the automaton ----
 

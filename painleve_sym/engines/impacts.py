@@ -118,8 +118,15 @@ def _step(step: Any, n: int, size: int) -> Straight | AtOnce:
     columns = step["column"][:size, :unknowns]
     v, push, rates = (step[name][:size] for name in ("v", "push", "rates"))
     if step["kind"] != STRAIGHT:
-        e = None if math.isnan(step["e"]) else float(step["e"])
-        return AtOnce(step["kind"] == WEIGHS, e, v, push, rates, rows, columns)
+        return AtOnce(
+            weighs=step["kind"] == WEIGHS,
+            e=None if math.isnan(step["e"]) else float(step["e"]),
+            velocities=v,
+            impulses=push,
+            rates=rates,
+            rows=rows,
+            columns=columns,
+        )
     end = PathEvent(float(step["length"]), ENDS[int(step["end"])], int(step["contact"]))
     return Straight(
         fixed=step["fixed"][:size],

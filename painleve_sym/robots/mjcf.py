@@ -406,13 +406,13 @@ def _joints(body: Element, reading: _Reading, childclass: str) -> list[tuple[Joi
         lower, upper = _limits(full, s)
         axis = number_list(full, "axis", s.where, (0.0, 0.0, 1.0), 3)
         joint = Joint(
-            own,
-            _KINDS[kind],
-            cleaned(R @ unit_vector(axis, f"{where}: axis")),
-            angle(lower),
-            angle(upper),
-            armature,
-            angle(one_number(full, "ref", s.where, 0.0)),
+            name=own,
+            kind=_KINDS[kind],
+            axis=cleaned(R @ unit_vector(axis, f"{where}: axis")),
+            lower=angle(lower),
+            upper=angle(upper),
+            armature=armature,
+            reference=angle(one_number(full, "ref", s.where, 0.0)),
             stiffness=_passive(full, s, "stiffness", "spring"),
             spring_reference=angle(one_number(full, "springref", s.where, 0.0)),
             damping=_passive(full, s, "damping", "damper", damping),

@@ -190,16 +190,16 @@ class ImpulseRay:
 
         normal = after(start, self.normal_rate)
         return Phase(
-            name,
-            self.force_ratio,
-            impulse,
-            self.force_ratio * impulse,
-            {v: after(v, r) for v, r in self.velocity_rates.items()},
-            after(self.slip_start, self.slip_rate),
-            normal,
+            name=name,
+            force_ratio=self.force_ratio,
+            normal_impulse=impulse,
+            tangential_impulse=self.force_ratio * impulse,
+            velocity={v: after(v, r) for v, r in self.velocity_rates.items()},
+            slip_velocity=after(self.slip_start, self.slip_rate),
+            normal_velocity=normal,
             # v_n is linear in P_n: the integral is the mean. Unlike (17) it needs no A ≠ 0.
-            -impulse * (start + normal) / 2,
-            self.conditions,
+            stored_energy=-impulse * (start + normal) / 2,
+            conditions=self.conditions,
         )
 
 

@@ -324,15 +324,15 @@ def _parameter(name: str, given: Table, is_friction: bool) -> Parameter:
     if positive and "lower" in table:
         table.fault("'positive' and 'lower' are mutually exclusive. Fix: remove one.", "lower")
     parameter = Parameter(
-        name,
-        table.number("default"),
-        _unit(table),
-        table.text("meaning", name),
-        table.number("lower", 0.0 if positive or is_friction else -math.inf),
-        table.number("upper", math.inf),
-        table.flag("lower_closed", not positive),
-        table.flag("upper_closed", True),
-        _material_property(table),
+        name=name,
+        default=table.number("default"),
+        unit=_unit(table),
+        meaning=table.text("meaning", name),
+        lower=table.number("lower", 0.0 if positive or is_friction else -math.inf),
+        upper=table.number("upper", math.inf),
+        lower_closed=table.flag("lower_closed", not positive),
+        upper_closed=table.flag("upper_closed", True),
+        material=_material_property(table),
     )
     fault = parameter.fault(parameter.default) if "default" in table else None
     if fault:
@@ -367,7 +367,16 @@ def _body(table: Table, coordinates: Sequence[Coordinate]) -> Body:
     length, period = (
         table.formula(key) if key in table else None for key in ("length", "lowest_period")
     )
-    return Body(mass, table.pair("centre"), inertia, angle, kept, name, length, period)
+    return Body(
+        mass=mass,
+        centre=table.pair("centre"),
+        inertia=inertia,
+        angle=angle,
+        modes=kept,
+        name=name,
+        length=length,
+        lowest_period=period,
+    )
 
 
 def _mode(table: Table, coordinates: Mapping[str, sp.Symbol]) -> Mode | None:
