@@ -27,7 +27,7 @@ def run(capsys, *arguments):
     return code, out, err
 
 
-def refused(capsys, *arguments):
+def rejected(capsys, *arguments):
     """Return the one line that a rejected call writes, with exit code 2."""
     code, out, err = run(capsys, *arguments)
     assert (code, out) == (2, "") and err.startswith("painleve: error: ")
