@@ -123,3 +123,26 @@ def test_jump_is_the_same_in_the_plane_and_in_space(capsys, fall):
     state = "theta=1,theta_dot=0.4,x_A_dot=-0.7"
     planar = "jump", "rod", "--state", f"{state},y_A_dot={fall}"
     padded(*both(capsys, planar, ("jump", "rod-3d", "--state", f"{state},z_A_dot={fall}")))
+
+
+def keys(data, where=()):
+    """Yield the path of every key but the names of states, parameters and thresholds."""
+    if isinstance(data, dict):
+        for key, value in data.items():
+            yield (*where, key)
+            if key not in (*OF_THE_COORDINATES, "lemke", "mpcc", "step", "thresholds"):
+                yield from keys(value, (*where, key))
+    elif isinstance(data, list):
+        for value in data:
+            yield from keys(value, where)
+
+
+@pytest.mark.slow
+def test_contrast_and_map_have_the_same_keys_in_the_plane_and_in_space(capsys):
+    state = "theta=1,theta_dot=1,x_A_dot=-1"
+    for call in (
+        ("contrast", "--state", state),
+        ("map", "--over", "theta,theta_dot", "--points", "5"),
+    ):
+        plane, space = both(capsys, *((call[0], name, *call[1:]) for name in ("rod", "rod-3d")))
+        assert set(keys(plane)) == set(keys(space))
