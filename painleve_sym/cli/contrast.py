@@ -141,7 +141,7 @@ def _motion_data(answer: Answer) -> dict[str, Any]:
         "time": answer.final_time,
         **plain_fields(answer, "state", "velocity", "normal_impulse"),
         "tangential_impulse": list(answer.impulse[1:]),
-        "contact_velocity": answer.contact_velocities[-1].tolist(),
+        "contact_velocity": answer.contact_velocity.tolist(),
     }
     if answer.method != "rigid":
         data["reference"] = answer.reference or None

@@ -21,6 +21,8 @@ def test_table_3_as_json(capsys):
     first = data["stepping"][0]
     assert first["solutions_per_first_step"] == 1
     assert first["velocity"]["x_A_dot"] == pytest.approx(0, abs=1e-12)
+    assert all(step["contact_velocity"] == [0, 0] for step in data["stepping"])
+    assert first["tangential_impulse"] == [pytest.approx(0.48878, rel=2e-3)]
     assert data["softened"][0]["E"] == 20.9e14
     assert data["softened"][0]["events"][0]["kind"] == "slip_stop"
     assert data["rigid"]["jump"]["e"]["velocity"]["y_A_dot"] == pytest.approx(0.05247, abs=5e-6)

@@ -26,6 +26,7 @@ from painleve_sym.motion.singular_limit import SingularLimit
 from painleve_sym.motion.time_stepping.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.problem.complementarity.lcp import LCPSolution
 from painleve_sym.problem.complementarity.lemke import LemkeResult, solve_lemke
+from painleve_sym.problem.rounding import MOVED, rounded
 from painleve_sym.problem.solution import ContactSolution
 
 LIFTOFF = "liftoff"
@@ -94,6 +95,12 @@ class Answer(Compared):
     def normal_impulse(self) -> float:
         """P_n; N s."""
         return self.impulse[0]
+
+    @property
+    def contact_velocity(self) -> Array:
+        """The last of `contact_velocities`, 0 where it is rounding beside the largest; m/s."""
+        largest = np.abs(self.contact_velocities).max()
+        return rounded(self.contact_velocities[-1], largest, MOVED) + 0.0
 
     def same_end(self, other: Answer) -> bool:
         """Whether both end at one time, for one reason, with the same state."""
