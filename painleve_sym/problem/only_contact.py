@@ -10,7 +10,7 @@ import numpy as np
 from painleve_sym.checks import checked_number
 from painleve_sym.errors import InputError
 from painleve_sym.problem.coefficients import NormalCoefficients
-from painleve_sym.problem.rounding import rounded_difference
+from painleve_sym.problem.risk import slip_slope
 from painleve_sym.problem.statement import STATED, Statement, is_brake
 
 
@@ -151,7 +151,7 @@ class OnlyContact(Statement):
                 f"A_slip is not defined, direction: got {direction!r}, need +1 or -1. "
                 "Fix: pass the sign of the slip velocity."
             )
-        return float(rounded_difference(self.W_nn, direction * side * self.mu.item() * self.W_nt))
+        return float(slip_slope(self._only("A_slip").W, self.mu.item(), [direction], side))
 
     @property
     def A(self) -> float:
