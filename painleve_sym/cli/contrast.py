@@ -21,6 +21,7 @@ from painleve_sym.cli.output import (
     show_table,
 )
 from painleve_sym.cli.run import show_case
+from painleve_sym.contact_rows import axis_names
 from painleve_sym.plain_data import finite, plain_fields, to_plain
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.modes import ContactMode
@@ -53,7 +54,7 @@ def contrast(arguments: argparse.Namespace) -> int:
         return 0
     if comparison.frozen:
         show_case(mechanism, scenario, comparison.parameters)
-        _show_in_space(comparison, mechanism.state_units)
+        _show_frozen(comparison, mechanism.state_units)
     else:
         _show(comparison, mechanism.state_units)
     show()
@@ -188,8 +189,8 @@ def _show(comparison: Comparison, units: dict[str, str]) -> None:
     show("error: relative distance to the rigid motion it tends to, by kinetic energy")
 
 
-def _show_in_space(comparison: Comparison, units: dict[str, str]) -> None:
-    """Print the answers at a contact in space: the contact first, then all velocities."""
+def _show_frozen(comparison: Comparison, units: dict[str, str]) -> None:
+    """Print the answers in a frozen configuration: the contact first, then all velocities."""
     show(f"e = {number(comparison.e)}; the configuration, and so W and b, is frozen")
     show()
     _show_accelerations(comparison)
@@ -198,7 +199,8 @@ def _show_in_space(comparison: Comparison, units: dict[str, str]) -> None:
     show("contact after the impact: velocities in m/s, P_n in N s, time in s, largest force in N")
     rigid = _distinct(comparison.rigid)
     answers = [*rigid, *comparison.stepping, *comparison.softened]
-    head = ("method", "setting", "v_n", "v_t1", "v_t2", "P_n", "time", "force", "error")
+    speeds = (f"v_{axis}" for axis in axis_names(answers[0].contact_velocities.shape[1] - 1))
+    head = ("method", "setting", *speeds, "P_n", "time", "force", "error")
     show_table(head, map(_contact_row, answers), left=(0, 1), indent=0)
     _show_early(answers, units)
     show("error: relative distance to the rigid answer it tends to, by kinetic energy")
