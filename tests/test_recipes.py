@@ -319,9 +319,8 @@ def test_ball_of_friction_is_its_class_and_a_name(copy):
     copy.append("problem/friction_set.py", BALL)
     old = "from dataclasses import dataclass"
     copy.replace("problem/friction_set.py", old, f"{old}, field")
-    door = "from painleve_sym.problem.friction_set import Brake, Disc"
-    copy.replace("problem/__init__.py", door, f"{door}, Drilling")
-    copy.replace("problem/__init__.py", '"Disc",', '"Disc",\n    "Drilling",')
+    listed = "from painleve_sym.problem.friction_set import Drilling as Drilling\n"
+    copy.append("problem/__init__.pyi", listed)
     done = copy.python("-c", SPINS)
     torque = 2 * 0.5 * 0.2 * 2.0 * 9.8 / 3
     expected = [-torque / 0.25, 0.0, (2.0 - torque) / 0.25]

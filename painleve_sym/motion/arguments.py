@@ -27,7 +27,6 @@ INITIAL_FORCE = "initial_force"
 class SharedArguments(TypedDict, total=False):
     """Settings that runs and batches have; see `painleve_sym.simulate`."""
 
-    t_end: Required[Value]
     until: str | Sequence[str]
     rtol: float
     first_step: Value
@@ -36,8 +35,8 @@ class SharedArguments(TypedDict, total=False):
     max_events: int
 
 
-class RunArguments(SharedArguments, total=False):
-    """Keyword arguments of one run; see `painleve_sym.simulate`."""
+class ContinuationArguments(SharedArguments, total=False):
+    """Keyword arguments of the rest of a run; see `Trajectory.continued`."""
 
     parameters: Mapping[str, Value] | None
     law_parameters: Mapping[str, Value] | None
@@ -46,12 +45,19 @@ class RunArguments(SharedArguments, total=False):
     close: str | None
     atol: Array | None
     record: RecordLike
+
+
+class RunArguments(ContinuationArguments, total=False):
+    """Keyword arguments of one run; see `painleve_sym.simulate`."""
+
+    t_end: Required[Value]
     start: Trajectory | None
 
 
 class BatchOptions(SharedArguments, total=False):
     """Keyword arguments of a batch besides its parameters; see `painleve_sym.simulate_batch`."""
 
+    t_end: Required[Value]
     law_parameters: Mapping[str, ArrayLike] | None
     initial_force: ArrayLike | None
     close: str | None

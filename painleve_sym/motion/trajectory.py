@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.figure import Figure
+
+    from painleve_sym.motion.arguments import ContinuationArguments
 
 FORMAT = "painleve-sym trajectory 2"
 
@@ -127,7 +129,7 @@ class Trajectory(Shown, Compared):
             state["evaluator"] = self.evaluator.portable()
         return state
 
-    def continued(self, t_end: Value, **arguments: Any) -> Trajectory:
+    def continued(self, t_end: Value, **arguments: Unpack[ContinuationArguments]) -> Trajectory:
         """Return the motion from the end of this one on, in its mode and with its memory.
 
         The times of both are those of one motion: cut anywhere and continued, it is the motion
