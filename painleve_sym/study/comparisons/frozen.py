@@ -130,7 +130,12 @@ class FrozenCase(Case):
             return self._answer("stepping", solver, h, 0.0, none, end, stop_detail=_NO_STEP)
         taken = solutions[_PLACES[solver]]
         return self._answer(
-            *("stepping", solver, h, h, taken.force, StopReason.UNTIL),
+            method="stepping",
+            way=solver,
+            setting=h,
+            time=h,
+            impulse=taken.force,
+            reason=StopReason.UNTIL,
             solutions_first_step=len(solutions),
             first_impulse=float(taken.force[0]),
             first_mode=taken.mode.value,
@@ -158,7 +163,12 @@ class FrozenCase(Case):
         ends = flies or reason is StopReason.UNTIL
         details = {StopReason.EVENT_LIMIT: _HELD, StopReason.T_END: _LONG}
         return self._answer(
-            *("softened", way, value, motion.duration, motion.impulse, reason),
+            method="softened",
+            way=way,
+            setting=value,
+            time=motion.duration,
+            impulse=motion.impulse,
+            reason=reason,
             complete=ends,
             stop_detail="" if ends else details.get(reason, reason.sentence),
             peak_force=motion.peak_force,
