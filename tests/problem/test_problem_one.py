@@ -249,8 +249,10 @@ def test_solutions_survive_rounding_of_the_data(data, noise):
 
 def test_lcp_is_scalar_while_slipping_and_full_at_rest():
     assert rod(1.0, 1.0).lcp().size == 1
-    assert rod(1.0, 1.0, slip_velocity=0.0).lcp().size == 3
-    assert rod(1.0, 1.0, slip_velocity=0.0).A is None
+    still = rod(1.0, 1.0, slip_velocity=0.0)
+    assert still.lcp().size == 3
+    # At rest A is that of the slip which begins without force.
+    assert still.A_slip(1 if still.b_t > 0 else -1) == still.A
 
 
 def test_lcp_at_rest_has_friction_reserves_as_unknowns():
