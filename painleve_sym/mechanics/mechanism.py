@@ -122,6 +122,71 @@ class Mechanism(Shown, Deferred):
     def __post_init__(self) -> None:
         refuse_faulty(f"mechanism {self.name!r}", self._faults())
 
+    @classmethod
+    def from_sympy(
+        cls,
+        equations: Any,
+        contacts: Mapping[str, Mapping[str, Any]],
+        parameters: Mapping[Any, float | Parameter],
+        **options: Any,
+    ) -> Mechanism:
+        """Return the mechanism of equations of motion that SymPy or a person has derived.
+
+        Parameters
+        ----------
+        equations : LagrangesMethod, KanesMethod, or (M, h)
+            Of `sympy.physics.mechanics` without constraints; or M and h of M q̈ = h + Jᵀ F, in
+            functions of the time and their derivatives. Speeds of Kane are replaced by
+            rates of coordinates.
+        contacts : mapping of str to mapping
+            By the contact's name the arguments of `Contact.of_point`, `Contact.of_disc` (with
+            ``radius``), `Contact.in_space` (where `in_space`) or `Contact` (with ``gap``). Points
+            and vectors of `sympy.physics.vector` have their components along `frame`.
+        parameters : mapping of sympy.Symbol to float or Parameter
+            Default of every constant, by its symbol or name. A `Parameter` has its unit and range,
+            too.
+        coordinates : sequence of dynamicsymbols
+            Of a pair (M, h), in its order.
+        units : mapping of str to str
+            SI units of coordinates and parameters by name, "1" where none is given.
+        frame, origin : ReferenceFrame, Point
+            Of points and vectors: the axes x, y (and z) of the ground.
+        in_space : bool
+            Whether the contacts are in space.
+        potential_energy : sympy.Expr
+            Of Kane's equations and of a pair: where it is given, the energy balance has it in place
+            of the work of its forces.
+        name, title, source : str
+
+        Raises
+        ------
+        InputError
+            Constraint equations, constants without a value, coordinates that do not depend on the
+            time, contacts without their arguments.
+        ModelError
+            See `LagrangianSystem` and `Contact`.
+
+        Examples
+        --------
+        >>> import sympy as sp
+        >>> import painleve_sym as ps
+        >>> from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
+        >>> x, y = dynamicsymbols("x y")
+        >>> m, g, mu = sp.symbols("m g mu")
+        >>> t = dynamicsymbols._t
+        >>> L = m * (x.diff(t) ** 2 + y.diff(t) ** 2) / 2 - m * g * y
+        >>> block = ps.Mechanism.from_sympy(
+        ...     LagrangesMethod(L, [x, y]),
+        ...     {"A": {"point": (x, y), "friction": mu}},
+        ...     {m: 2.0, g: 9.8, mu: 0.5},
+        ... )
+        >>> block.coefficients.W_nn, block.coefficients.B
+        (1/m, -g)
+        """
+        from painleve_sym.mechanics.imported import mechanism_from_sympy
+
+        return mechanism_from_sympy(equations, contacts, parameters, **options)
+
     def __repr__(self) -> str:
         """Return name, coordinates and contacts."""
         coordinates = ", ".join(c.name for c in self.outline.coordinates)
