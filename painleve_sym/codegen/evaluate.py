@@ -80,13 +80,10 @@ def at_points(function: ca.Function, points: Array) -> Array:
 
 def at_arrays(function: ca.Function, arrays: Sequence[ArrayLike]) -> Array:
     """Return a function of one vector at arrays that broadcast, shape (outputs, *their shape)."""
-    whole = np.stack(np.broadcast_arrays(*arrays), axis=-1).astype(
-        np.float64, order="C", copy=False
-    )
-    points = whole.reshape(math.prod(whole.shape[:-1]), whole.shape[-1])
-    return np.moveaxis(
-        at_points(function, points).reshape(*whole.shape[:-1], function.numel_out(0)), -1, 0
-    )
+    alike = len({np.shape(array) for array in arrays}) == 1
+    whole = np.array(arrays if alike else np.broadcast_arrays(*arrays), dtype=np.float64)
+    points = np.ascontiguousarray(whole.reshape(len(whole), whole[0].size).T)
+    return at_points(function, points).T.reshape(function.numel_out(0), *whole.shape[1:])
 
 
 # Batches ask for the same number of points again and again.
