@@ -73,16 +73,9 @@ def impact_inputs(
     faults = _number_faults(rows, friction, v, e, _axes(len(rows), several))
     if not faults:
         faults = _mobility_faults(rows, in_one_plane, several)
-    places = [str(k) for k in range(1, len(friction) + 1)] if several else [""]
-    for place, m in zip(places, friction, strict=True):
-        if m < 0:
-            faults.append(f"mu{'_' * several}{place}: got {m!r}, need mu >= 0.")
-    sides = bilateral if bilateral is not None else (False,)
-    for place, v_n, both in zip(places, v[:: len(v) // len(places)], sides, strict=True):
-        if both and v_n:
-            faults.append(f"v_n{place}: got {v_n!r} m/s, need 0: the contact holds both ways.")
-        elif v_n > 0:
-            faults.append(f"v_n{place}: got {v_n!r} m/s, need v_n <= 0: the contact is opening.")
+    normal_velocities = v[:: len(v) // len(friction)]
+    if min(friction) < 0 or max(normal_velocities) > 0 or any(bilateral or ()):
+        faults += _sign_faults(friction, normal_velocities, bilateral)
     if e < 0 or e > 1:
         faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
     law = restitution
@@ -93,6 +86,25 @@ def impact_inputs(
     if faults or not isinstance(law, RestitutionLaw):
         raise InputError(f"{where}: " + " ".join(faults))
     return ImpactInputs(_symmetric(rows), friction, v, law, e)
+
+
+def _sign_faults(
+    friction: Sequence[float], velocities: Sequence[float], bilateral: Sequence[bool] | None
+) -> list[str]:
+    """Return a sentence for each friction coefficient and normal velocity of a wrong sign."""
+    several, sides = bilateral is not None, bilateral or (False,)
+    places = [str(k) for k in range(1, len(friction) + 1)] if several else [""]
+    faults = [
+        f"mu{'_' * several}{place}: got {m!r}, need mu >= 0."
+        for place, m in zip(places, friction, strict=True)
+        if m < 0
+    ]
+    for place, v_n, both in zip(places, velocities, sides, strict=True):
+        if both and v_n:
+            faults.append(f"v_n{place}: got {v_n!r} m/s, need 0: the contact holds both ways.")
+        elif v_n > 0:
+            faults.append(f"v_n{place}: got {v_n!r} m/s, need v_n <= 0: the contact is opening.")
+    return faults
 
 
 def _plain(value: Any) -> Any:
