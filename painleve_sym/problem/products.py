@@ -210,10 +210,10 @@ class PieceProduct:
     def _forces(self, choice: PieceChoice, x: Sequence[float]) -> Vector:
         """Return the forces of the unknowns of a choice."""
         forces = [0.0] * len(self.b)
-        for size, column in zip(x, choice.columns, strict=True):
+        for k, column in enumerate(choice.columns):
             rows, values = self.directions[column]
-            for row, value in zip(rows, values, strict=True):
-                forces[row] += size * value
+            for j, row in enumerate(rows):
+                forces[row] += x[k] * values[j]
         return forces
 
     def _solve_small(self, choice: PieceChoice) -> Vector | None:
@@ -243,7 +243,10 @@ class PieceProduct:
         doubt = REJECTION * (max(map(abs, forces)) + largest)
         for piece in choice.pieces:
             for rows, values in piece.cone:
-                if sum(map(operator.mul, values, [forces[r] for r in rows])) < -doubt:
+                level = 0.0
+                for k, row in enumerate(rows):
+                    level += values[k] * forces[row]
+                if level < -doubt:
                     return False
             for n, ball in piece.discs:
                 size = math.hypot(*[forces[t] for t in ball.rows])
@@ -251,10 +254,10 @@ class PieceProduct:
                     return False
             for rows, values in piece.signs:
                 value = terms = 0.0
-                for r, v in zip(rows, values, strict=True):
-                    rate, size = acceleration(self.W[r], self.b[r], forces)
-                    value += v * rate
-                    terms += abs(v) * size
+                for k, row in enumerate(rows):
+                    rate, size = acceleration(self.W[row], self.b[row], forces)
+                    value += values[k] * rate
+                    terms += abs(values[k]) * size
                 if value < -REJECTION * terms:
                     return False
         return True
