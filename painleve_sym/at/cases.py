@@ -101,9 +101,10 @@ def _closed_at(place: Place) -> tuple[ContactNumbers, list[int]]:
     mechanism = place.mechanism
     numbers = Delassus.of(mechanism).at(place.values)
     refuse_place(place, numbers)
-    tolerances = (numbers.gap_tolerance + numbers.rate_tolerance).tolist()
-    if not math.isfinite(sum(tolerances)):
-        unknown = [i for i, within in enumerate(tolerances) if not math.isfinite(within)]
+    tolerances = numbers.gap_tolerance.tolist(), numbers.rate_tolerance.tolist()
+    if not math.isfinite(sum(map(sum, tolerances))):
+        within = list(map(sum, zip(*tolerances, strict=True)))
+        unknown = [i for i, size in enumerate(within) if not math.isfinite(size)]
         refuse_infinite(mechanism, place.values, numbers.of_contacts(unknown))
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
     refuse_infinite(mechanism, place.values, numbers.of_contacts(closed))
@@ -120,14 +121,15 @@ def classified(place: Place, numbers: ContactNumbers, closed: Sequence[int]) -> 
             f"classify {mechanism.name!r}: got A' = {A}, B' = {B} in sticking, need finite "
             "numbers. Fix: check the state and the parameters."
         )
-    largest = max(abs(w) for w in at.W.ravel().tolist())
+    largest = max(map(abs, at.W.ravel().tolist()))
     if largest > LARGEST:  # bounces of the contact have no numbers then
         raise InputError(
             f"classify {mechanism.name!r}: got a mobility of {largest:g} 1/kg, need at most "
             f"{LARGEST:g}. Fix: check the state and the parameters."
         )
-    bilateral = np.array(mechanism.outline.bilateral)[list(closed)]
-    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, bilateral)
+    bilateral = mechanism.outline.bilateral
+    sides = np.array([bilateral[i] for i in closed])
+    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, sides)
     return classification(place, closed, problem, (A, B))
 
 

@@ -248,16 +248,20 @@ class Simulator(Compared, MechanismWithLaws):
 
         They are not among the varied ones, by which the motion is differentiated.
         """
-        slips = [self.outline.state_names.index(row.slip) for row in self.contact.rows]
-        if all(start.state[i] != 0 for i in slips):
+        parameters = start.place.parameters
+        if 0 not in parameters.values() or all(start.state[i] != 0 for i in self._slip_places):
             return self, start
-        given = start.place.parameters.items()
-        zeros = (name for name, value in given if value == 0 and name not in varied)
+        zeros = (n for n, value in parameters.items() if value == 0 and n not in varied)
         simulator = self.without_slip(start.place.values, zeros)
         if simulator is self:
             return self, start
         own, _ = simulator.prepared(start.place, start.force)
         return simulator, own._replace(materials=start.materials)
+
+    @cached_property
+    def _slip_places(self) -> list[int]:
+        """Places of the slip velocities among the states."""
+        return [self.outline.state_names.index(row.slip) for row in self.contact.rows]
 
     def without_slip(self, values: Mapping[str, float], zeros: Iterable[str]) -> Simulator:
         """Return the simulator in which slips that zeros of parameters make 0 are 0."""
