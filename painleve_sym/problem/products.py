@@ -26,16 +26,12 @@ from painleve_sym.problem.complementarity.solution_sets import (
 )
 from painleve_sym.problem.constraints import Constraint, Linear, Piece, Vector, linear_pieces
 from painleve_sym.problem.law import ScaledLaw, acceleration
+from painleve_sym.problem.rounding import SUM
 
 IntArray = npt.NDArray[np.intp]
 
 # Rejects only candidates that are certainly wrong; the others are checked later.
 REJECTION = 1e-6
-SUM_ROUNDING = 4 * float(
-    np.finfo(float).eps
-)  # two products and their difference, each rounded once
-
-
 _KEPT = 4**3
 """Most choices that are kept: those of more contacts take memory, and their solution longer."""
 
@@ -106,8 +102,7 @@ class PieceProduct:
             (n, t), (p, q) = rows, values
             return [
                 0.0
-                if abs(v := (x := row[n] * p) + (y := row[t] * q))
-                <= SUM_ROUNDING * (abs(x) + abs(y))
+                if abs(v := (x := row[n] * p) + (y := row[t] * q)) <= SUM * (abs(x) + abs(y))
                 else v
                 for row in self.W
             ]
@@ -123,7 +118,7 @@ class PieceProduct:
         for i, entries in enumerate(self.W):
             total = sum(entries[r] * v for r, v in zip(rows, values, strict=True))
             terms = sum(map(operator.mul, self.law.part_sizes[row[i]], lengths))
-            rates.append(0.0 if abs(total) <= 2 * SUM_ROUNDING * terms else total)
+            rates.append(0.0 if abs(total) <= 2 * SUM * terms else total)
         return rates
 
     @cached_property

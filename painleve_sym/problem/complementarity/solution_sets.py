@@ -20,7 +20,6 @@ BoolArray = npt.NDArray[np.bool_]
 RANK = 1e-14  # per row, on entries scaled to order one: some 50 roundings
 _FACE = 1e-10  # widths and defects of a face, on quantities scaled to order one; HiGHS' best
 _EXTENT = 1e-8  # least extent of a face, above the tolerance of the LP solver
-_MARGINS = (0.1, 1e-3, -1e-6)  # inside a face by so much; the last: empty beyond all defects
 
 
 def solve_refined(block: FloatArray, goal: FloatArray) -> FloatArray:
@@ -73,18 +72,12 @@ def affine_face(
     rows: FloatArray,
     start: FloatArray,
     size: int,
-    quick: bool = False,
-    unit: FloatArray | None = None,
 ) -> tuple[FloatArray, BoolArray] | None:
     """Return one x with ``block x = goal`` and ``rows x + start >= 0``, and what varies around it.
 
     The inequalities are used only where the block, with entries of order one, is singular: they
     bound the face. The point of a regular block is returned unchecked, since its check is that of
     the whole problem, whose number of rows is `size`: roundings are in proportion to it.
-
-    `quick` takes any point well inside the face rather than its deepest one, for thousands of
-    faces. `unit` is the extent of the face along each unknown where it is not of order one: rows
-    times it have entries of order one, and what varies is measured by it.
 
     The first result is a point inside the face where it has an inside, the second tells which
     entries differ somewhere on the face. None is returned for a face that is empty.
@@ -101,19 +94,15 @@ def affine_face(
     x = right[:rank].T @ (left[:, :rank].T @ goal / stretch[:rank])
     x += right[:rank].T @ (left[:, :rank].T @ (goal - block @ x) / stretch[:rank])
     null = right[rank:].T
-    if unit is not None:
-        null = null / unit[:, None]
-        null = np.linalg.qr(null)[0] if null.shape[1] > 1 else null / np.max(np.abs(null))
-        rows, x = rows * unit, x / unit
     # On this face x = (the point so far) + null t, and each inequality bounds t.
     slope, level = rows @ null, rows @ x + start
-    inside = _interval(slope[:, 0], level) if null.shape[1] == 1 else _wide(slope, level, quick)
+    inside = _interval(slope[:, 0], level) if null.shape[1] == 1 else _wide(slope, level)
     if inside is None:
         return None
     t, ways = inside
     point: FloatArray = x + null @ t
     moving: BoolArray = np.any(np.abs(null @ ways) > _EXTENT, axis=1)
-    return (point if unit is None else unit * point), moving
+    return point, moving
 
 
 def _interval(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
@@ -131,40 +120,14 @@ def _interval(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatAr
     return np.array([(low + high) / 2]), np.array([[max(high - low, 0.0)]])
 
 
-def _wide(
-    slope: FloatArray, start: FloatArray, quick: bool
-) -> tuple[FloatArray, FloatArray] | None:
-    """Do the same for several unknowns t; `quick` avoids most linear programs."""
+def _wide(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Do the same for several unknowns t."""
     slack = _FACE * (1.0 + float(np.max(np.abs(start))))
     # Rows without slope restrict no t; kept, they would only hide the inside of the face.
     level = np.all(np.abs(slope) <= _FACE, axis=1)
     if np.any(start[level] < -slack):
         return None
-    slope, start = slope[~level], start[~level]
-    for margin in _MARGINS if quick else ():
-        t, empty = _nearest(slope, start - margin)
-        if t is not None and np.min(slope @ t + start, initial=margin) >= margin / 2:
-            return t, np.eye(slope.shape[1])
-        if empty and margin < 0:
-            return None
-    return _polytope(slope, start, slack)
-
-
-def _nearest(slope: FloatArray, start: FloatArray) -> tuple[FloatArray | None, bool]:
-    """Return the shortest t with ``start + slope t >= 0``, or whether there is certainly none.
-
-    Lawson & Hanson (1974), chapter 23, algorithm LDP.
-    """
-    from scipy.optimize import nnls  # as for linprog below
-
-    goal = np.zeros(slope.shape[1] + 1)
-    goal[-1] = 1.0
-    dual, gap = nnls(np.vstack([slope.T, -start]), goal)
-    if gap <= _FACE:
-        return None, True  # a positive combination of the inequalities says 0 >= 1
-    rest = slope.T @ dual
-    scale = 1.0 + float(start @ dual)
-    return (None, False) if scale <= _EXTENT else (rest / scale, False)
+    return _polytope(slope[~level], start[~level], slack)
 
 
 def _polytope(
