@@ -157,8 +157,8 @@ class ForceSet:
 
     def _size(self) -> float:
         """Return the largest level of an inequality; for 0 the size of the base, or 1."""
-        level = float(np.max(np.abs(self.rows @ self.base + self.start), initial=0.0))
-        base = float(np.max(np.abs(self.base), initial=0.0))
+        level = float(np.abs(self.rows @ self.base + self.start).max(initial=0.0))
+        base = float(np.abs(self.base).max(initial=0.0))
         return level if level > _LEVEL_ROUNDING * base else base or 1.0
 
     def _nearest(self, margin: float) -> _End:
@@ -170,7 +170,7 @@ class ForceSet:
         for _ in range(_CUTS):
             slope, level = self.rows @ self.null, self.rows @ self.base + self.start
             # A row that does not depend on y restricts nothing; kept, it would hide the inside.
-            still = np.max(np.abs(slope), axis=1, initial=0.0) <= _SLOPE
+            still = np.abs(slope).max(axis=1, initial=0.0) <= _SLOPE
             if np.any(level[still] < -least):
                 return _End()
             y, dual = nearest(slope[~still], level[~still] - margin)
@@ -202,7 +202,7 @@ class ForceSet:
 
 
 def _size(level: FloatArray) -> float:
-    return float(np.max(np.abs(level), initial=0.0)) or 1.0
+    return float(np.abs(level).max(initial=0.0)) or 1.0
 
 
 def nearest(slope: FloatArray, level: FloatArray) -> tuple[FloatArray | None, FloatArray | None]:
@@ -210,7 +210,7 @@ def nearest(slope: FloatArray, level: FloatArray) -> tuple[FloatArray | None, Fl
 
     Lawson & Hanson (1974), chapter 23, algorithm LDP.
     """
-    if np.min(level, initial=0.0) >= 0:
+    if level.min(initial=0.0) >= 0:
         return np.zeros(slope.shape[1]), None
     from scipy.optimize import nnls  # needed for singular systems only
 

@@ -68,7 +68,7 @@ class Family:
 
     def __init__(self, law: ScaledLaw, chosen: Sequence[Piece], across: Sequence[int] = ()) -> None:
         self.law, self.chosen = law, chosen
-        self.W, self.b = np.array(law.W), np.array(law.b)
+        self.W, self.b = law.arrays
         self.G = forces_by(chosen, len(self.b))
         self.rows = [row for piece in chosen for row in piece.vanishing] + list(across)
         # What rounding leaves of a coupling would decide the rank.
@@ -240,7 +240,7 @@ def _of_sides(
     G = forces_by(chosen, len(law.b))
     lengths = np.linalg.norm(weights[:, None] * G, axis=0)
     G = G / np.where(lengths > 0, lengths, 1.0)
-    block, goal = np.array(law.W) @ G, np.array(motion.a) - np.array(law.b)
+    block, goal = law.arrays[0] @ G, np.array(motion.a) - law.arrays[1]
     scales = np.array([law.scale(k, motion.terms) for k in law.row_part])
     base, null = _least_squares(block, goal, ZERO * scales)
     if base is None:

@@ -159,6 +159,11 @@ class ScaledLaw:
             largest[g] = max(largest[g], offset)
         return [largest[g] for g in self.groups]
 
+    @cached_property
+    def arrays(self) -> tuple[FloatArray, FloatArray]:
+        """W and b as arrays, which nothing changes."""
+        return np.array(self.W), np.array(self.b)
+
     def lengths(self, vector: Sequence[float]) -> Vector:
         """Return the lengths of the parts of a vector by rows."""
         if self.plain:
@@ -168,7 +173,7 @@ class ScaledLaw:
     def terms_of(self, directions: FloatArray) -> FloatArray:
         """Return by rows the sizes of the terms of ``W directions``, shape (r, k)."""
         if self.plain:
-            sizes: FloatArray = np.abs(np.array(self.W)) @ np.abs(directions)
+            sizes: FloatArray = np.abs(self.arrays[0]) @ np.abs(directions)
             return sizes
         lengths = np.array([np.linalg.norm(directions[list(part)], axis=0) for part in self.parts])
         terms: FloatArray = (np.array(self.part_sizes) @ lengths)[self.row_part]

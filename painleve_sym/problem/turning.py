@@ -67,7 +67,8 @@ class TurnedLaw(ScaledLaw):
     """The law in axes that are turned about the normals of some discs."""
 
     def __init__(self, law: ScaledLaw, turning: Sequence[Turning], angles: Sequence[float]) -> None:
-        vars(self).update({k: v for k, v in vars(law).items() if k not in ("groups", "beta")})
+        own = "groups", "beta", "arrays"
+        vars(self).update({k: v for k, v in vars(law).items() if k not in own})
         self.turn = np.eye(len(law.b))
         W, b = np.array(law.W), np.array(law.b)
         for (i, k), angle in zip(turning, angles, strict=True):
