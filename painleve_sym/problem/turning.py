@@ -246,17 +246,20 @@ class _System:
             forces[:, q] -= mu * x[:, column] * np.sin(angles[:, j])
         return forces
 
-    def defects(self, x: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the residuals of the equations, shape (s, k + m), and the sizes of their terms."""
-        forces = self.forces(x, angles)
-        a = forces @ self.W + self.b
-        terms = np.abs(forces) @ np.abs(self.W) + np.abs(self.b)
-        parts, sizes = [a[:, self.rows]], [terms[:, self.rows]]
+    def defects(self, x: FloatArray, angles: FloatArray) -> FloatArray:
+        """Return the residuals of the equations, shape (s, k + m)."""
+        a = self.forces(x, angles) @ self.W + self.b
+        parts = [a[:, self.rows]]
         for j, (p, q) in enumerate(self.tangents):
-            c, s = np.cos(angles[:, j]), np.sin(angles[:, j])
-            parts.append((a[:, q] * c - a[:, p] * s)[:, None])
-            sizes.append((terms[:, q] + terms[:, p])[:, None])
-        return np.hstack(parts), np.hstack(sizes)
+            across = a[:, q] * np.cos(angles[:, j]) - a[:, p] * np.sin(angles[:, j])
+            parts.append(across[:, None])
+        return np.hstack(parts)
+
+    def sizes(self, x: FloatArray, angles: FloatArray) -> FloatArray:
+        """Return the sizes of the terms of the equations, shape (s, k + m)."""
+        terms = np.abs(self.forces(x, angles)) @ np.abs(self.W) + np.abs(self.b)
+        across = [(terms[:, q] + terms[:, p])[:, None] for p, q in self.tangents]
+        return np.hstack([terms[:, self.rows], *across])
 
     def slopes(self, x: FloatArray, angles: FloatArray) -> FloatArray:
         """Return the derivatives of the defects by x and the angles."""
@@ -319,8 +322,7 @@ class _System:
         """Return x and angles after some of Newton's steps, each taken as it is."""
         k = x.shape[1]
         for _ in range(steps):
-            missed, _ = self.defects(x, angles)
-            step = _solved(self.slopes(x, angles), missed)
+            step = _solved(self.slopes(x, angles), self.defects(x, angles))
             x = x - step[:, :k]
             angles = angles - np.clip(step[:, k:], -1.0, 1.0)
         return x, angles
@@ -346,10 +348,10 @@ def _polished(start: TurningChoice, angle: float, forces: Vector) -> tuple[float
     alone[system.tangents[0]] = 0.0
     x = np.asarray(np.linalg.lstsq(system.G, alone, rcond=None)[0][None], dtype=np.float64)
     at = np.array([[angle]])
-    missed, sizes = system.defects(x, at)
+    missed, sizes = system.defects(x, at), system.sizes(x, at)
     step = _solved(system.slopes(x, at), missed)
     new, turned = x - step[:, :k], at - step[:, k:]
-    after, _ = system.defects(new, turned)
+    after = system.defects(new, turned)
     sizes = np.where(sizes > 0, sizes, 1.0)
     if not np.max(np.abs(after) / sizes) < np.max(np.abs(missed) / sizes):
         return angle, forces
@@ -380,18 +382,20 @@ def search(start: TurningChoice, starts: int) -> Iterator[tuple[list[float], Vec
         x, angles = system.newton(x, grid.copy(), _ITERATIONS)
         good = np.isfinite(x).all(axis=1) & np.isfinite(angles).all(axis=1)
         x, angles = x[good], angles[good]
-        missed, sizes = system.defects(x, angles)
+        missed, sizes = system.defects(x, angles), system.sizes(x, angles)
     good = (np.abs(missed) <= _CONVERGED * sizes + 1e-300).all(axis=1)
     sides = np.sign([start.chosen[i].side for i, _ in start.turning])
     good &= np.all(x[:, system.columns] * sides > 0, axis=1)
-    known: list[FloatArray] = []
-    for force, angle in zip(system.forces(x[good], angles[good]), angles[good], strict=True):
-        wrapped = np.angle(np.exp(1j * angle))
-        point = np.concatenate([np.cos(angle), np.sin(angle), force / (1 + np.max(np.abs(force)))])
-        if any(np.max(np.abs(point - other)) <= _APART for other in known):
+    angles = angles[good]
+    forces = system.forces(x[good], angles)
+    largest = np.abs(forces).max(axis=1, keepdims=True, initial=0.0)
+    points = np.hstack([np.cos(angles), np.sin(angles), forces / (1 + largest)])
+    known: list[int] = []
+    for i, point in enumerate(points):
+        if (np.abs(points[known] - point).max(axis=1, initial=0.0) <= _APART).any():
             continue
-        known.append(point)
-        yield wrapped.tolist(), force.tolist()
+        known.append(i)
+        yield np.angle(np.exp(1j * angles[i])).tolist(), forces[i].tolist()
 
 
 def count_of_starts(turning: int) -> int:
