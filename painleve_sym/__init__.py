@@ -19,6 +19,7 @@ _UPPER = {
     "explore": ("explorer.page", "explore_motion"),
     "html": ("present.notebook", "html"),
     "lambdified_equations": ("codegen.mode_equations", "lambdified_equations"),
+    "mechanism_from_sympy": ("mechanics.imported", "mechanism_from_sympy"),
     "plot": ("present.figure_of_trajectory", "trajectory_figure"),
     "quantity_function": ("at.casadi_functions", "quantity_function"),
     "sensitivities": ("motion.sensitivity.variational", "differentiated"),

@@ -183,9 +183,10 @@ class Mechanism(Shown, Deferred):
         >>> block.coefficients.W_nn, block.coefficients.B
         (1/m, -g)
         """
-        from painleve_sym.mechanics.imported import mechanism_from_sympy
-
-        return mechanism_from_sympy(equations, contacts, parameters, **options)
+        mechanism: Mechanism = upper("mechanism_from_sympy")(
+            equations, contacts, parameters, **options
+        )
+        return mechanism
 
     def __repr__(self) -> str:
         """Return name, coordinates and contacts."""
