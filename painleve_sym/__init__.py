@@ -21,6 +21,7 @@ _UPPER = {
     "lambdified_equations": ("codegen.mode_equations", "lambdified_equations"),
     "mechanism_from_sympy": ("mechanics.imported", "mechanism_from_sympy"),
     "plot": ("present.figure_of_trajectory", "trajectory_figure"),
+    "plot_map": ("present.figure_of_map", "map_figure"),
     "quantity_function": ("at.casadi_functions", "quantity_function"),
     "sensitivities": ("motion.sensitivity.variational", "differentiated"),
 }

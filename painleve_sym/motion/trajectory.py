@@ -600,6 +600,36 @@ class Trajectory(Shown, Compared):
         frame.attrs["units"] = {name: self.units(name) for name in ("time", *columns)}
         return frame
 
+    def events_to_dataframe(self) -> pandas.DataFrame:
+        """Return a `pandas.DataFrame` with a row for each event: time, kind, forces and states.
+
+        The states are those just after the event, the forces those just before it.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 0.9}, t_end=0.2)
+        >>> frame = run.events_to_dataframe()
+        >>> frame["kind"][0], round(float(frame["time"][0]), 6)
+        ('touchdown', 0.142857)
+        """
+        frames = table_library("pandas", "a data frame")
+        own = ("time", "kind", "contact", "mode_before", "mode_after")
+        forces = ("normal_force", "tangential_force", "compression")
+        columns: dict[str, list[Any]] = {
+            name: [getattr(event, name) for event in self.events] for name in (*own, *forces)
+        }
+        columns["kind"] = list(map(str, columns["kind"]))
+        columns |= {n: [event.state[n] for event in self.events] for n in self.state_names}
+        frame: pandas.DataFrame = frames.DataFrame(columns)
+        frame.attrs["units"] = {n: "s" if n == "time" else self.units(n) for n in columns}
+        return frame
+
     def to_xarray(
         self, names: str | Sequence[str] | None = None, times: ArrayLike | None = None
     ) -> xarray.Dataset:

@@ -391,3 +391,16 @@ def test_closed_forms_are_equations_in_a_notebook():
     page = energies._repr_latex_()
     assert page.count("&=") == len(energies.formulas) and page.count("{") == page.count("}")
     assert repr(energies).startswith("Section 'energies': T, V")
+
+
+def test_events_are_a_table():
+    pytest.importorskip("pandas", reason="needs the extra sweep (pandas)")
+    run = ps.simulate("rod", "bilinear-hertz", {"theta": 1.0, "x_A_dot": -1.0}, t_end=5e-3)
+    frame = run.events_to_dataframe()
+    assert len(frame) == len(run.events) > 2
+    for row, event in zip(frame.itertuples(), run.events, strict=True):
+        assert (row.time, row.kind, row.contact) == (event.time, str(event.kind), event.contact)
+        assert row.normal_force == event.normal_force and row.theta == event.state["theta"]
+    assert frame.attrs["units"]["normal_force"] == "N" and frame.attrs["units"]["time"] == "s"
+    empty = ps.simulate("rod", "rigid", {"y_A": 1.0, "theta": 1.0}, t_end=0.1)
+    assert empty.events_to_dataframe().empty

@@ -588,3 +588,20 @@ def test_a_crossing_just_beyond_the_domain_is_left_out():
     bound = DomainBound(rate - 0.005 - symbol, "it turns slowly")
     slow = dataclasses.replace(rod, domain=(*rod.domain, bound))
     assert (region_map(slow, **over).crossings[:, 1] < rate - 0.005).all()
+
+
+def test_tables_and_figure_of_a_map_have_its_numbers():
+    pytest.importorskip("pandas", reason="needs the extra sweep (pandas)")
+    pytest.importorskip("xarray", reason="needs the extra sweep (xarray)")
+    regions = ps.region_map("rod", ("theta", "mu"), points=12)
+    frame, data = regions.to_dataframe(), regions.to_xarray()
+    assert frame.shape == (144, 8) and data["A"].dims == ("theta", "mu")
+    assert frame["case"].value_counts().to_dict() == {k: v for k, v in regions.counts.items() if v}
+    k = 5 * 12 + 7  # the point (5, 7)
+    for i, name in enumerate(regions.over):
+        assert frame[name][k] == regions.values[i][(5, 7)[i]]
+    assert frame["A"][k] == regions.A[5, 7] == float(data["A"][5, 7])
+    assert str(data["case"].values[5, 7]) == frame["case"][k]
+    assert frame.attrs["units"]["B"] == data["B"].attrs["units"] == "m/s^2"
+    figure = regions.plot()
+    assert "theta" in figure.axes[0].get_xlabel() and "mu" in figure.axes[0].get_ylabel()

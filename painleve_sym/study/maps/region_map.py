@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
+from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz, table_library
 from painleve_sym.at.closing import closing_hint
 from painleve_sym.at.inputs import digits_left
 from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
+from painleve_sym.hooks import upper
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.notebooks import Shown
 from painleve_sym.plain_data import plain_fields
@@ -27,6 +29,11 @@ from painleve_sym.study.maps.axes import MapPlace, checked_slip, map_place, reac
 from painleve_sym.study.maps.contact_map import CURVES, ContactMap
 from painleve_sym.units import Value
 
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
 FORMAT = "painleve-sym map 1"
 
 _ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "crossings")
@@ -35,6 +42,9 @@ _PLACE = ("over", "labels", "units", "values", "state", "parameters", "close")
 _HELD = ("state", "state_units", "parameters")
 _TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", *_HELD)
 _MORE_TEXTS = ("close", "shared_zeros")
+_GRID_UNITS = dict.fromkeys(("A", "A_stick", "A_pull"), "1/kg") | dict.fromkeys(
+    ("B", "B_stick"), "m/s^2"
+)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -176,6 +186,86 @@ class RegionMap(Shown, Compared):
             **{name: _without_nan(getattr(self, name)) for name in grids},
             "curves": {n: (pieces + 0.0).tolist() for n, pieces in self.curves.items()},
         }
+
+    # ---- tables and figures ----
+
+    @property
+    def _grids(self) -> dict[str, Array]:
+        """The grids of numbers by name, each of shape (n_1, n_2)."""
+        names = ("A", "B", "A_stick", "B_stick", *(("A_pull",) if self.bilateral else ()))
+        return {name: getattr(self, name) for name in names} | {
+            "stick_feasible": self.stick_feasible
+        }
+
+    @property
+    def case_names(self) -> NDArray[np.str_]:
+        """Names of the cases in place of their codes, shape (n_1, n_2)."""
+        names = {code: name for name, code in LEGEND.items()}
+        named: NDArray[np.str_] = np.vectorize(names.get, otypes=[str])(self.case)
+        return named
+
+    def plot(self) -> Figure:
+        """Return the matplotlib figure that `painleve map --plot` draws.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> regions = ps.region_map("rod", ("theta", "theta_dot"), points=20)
+        >>> len(regions.plot().axes)
+        1
+        """
+        figure: Figure = upper("plot_map")(self)
+        return figure
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a `pandas.DataFrame` with a row for each point: axes, case, A, B and others.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> frame = ps.region_map("rod", ("theta", "theta_dot"), points=20).to_dataframe()
+        >>> len(frame), list(frame.columns)[:4]
+        (400, ['theta', 'theta_dot', 'case', 'A'])
+        """
+        frames = table_library("pandas", "a data frame")
+        axes = np.meshgrid(*self.values, indexing="ij")
+        columns = dict(zip(self.over, axes, strict=True)) | {"case": self.case_names} | self._grids
+        frame: pandas.DataFrame = frames.DataFrame({n: c.ravel() for n, c in columns.items()})
+        frame.attrs["units"] = dict(zip(self.over, self.units, strict=True)) | _GRID_UNITS
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return an `xarray.Dataset` over both axes, every variable with its unit.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> data = ps.region_map("rod", ("theta", "theta_dot"), points=20).to_xarray()
+        >>> dict(data.sizes), data["B"].attrs["units"]
+        ({'theta': 20, 'theta_dot': 20}, 'm/s^2')
+        """
+        library = table_library("xarray", "a labelled array")
+        triples = zip(self.over, self.values, self.units, strict=True)
+        axes = {name: (name, values, {"units": unit}) for name, values, unit in triples}
+        grids = {"case": self.case_names} | self._grids
+        variables = {
+            name: (self.over, grid, {"units": _GRID_UNITS.get(name, "1")})
+            for name, grid in grids.items()
+        }
+        about = {"mechanism": self.mechanism, "slip": self.slip, "close": self.close}
+        about |= {name: json.dumps(getattr(self, name)) for name in ("state", "parameters")}
+        data: xarray.Dataset = library.Dataset(variables, axes, about)
+        return data
 
     # ---- files ----
 
