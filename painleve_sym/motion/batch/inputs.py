@@ -125,7 +125,9 @@ class BatchInputs(Compared):
 
     def row(self, i: int) -> dict[str, float]:
         """Return states and parameters of one row."""
-        return {n: float(self.part(a, i, i + 1)[0]) for n, a in self.inputs.items()}
+        return {
+            n: float(self.part(a, i, i + 1)[0] if a.ndim else a) for n, a in self.inputs.items()
+        }
 
     def named(self, start: int, stop: int) -> dict[str, Array]:
         """Return rows of coordinates, velocities and parameters by name."""

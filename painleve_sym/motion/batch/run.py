@@ -57,9 +57,11 @@ def run_batch(
     given = simulator.given(parameters, others.get("law_parameters"))
     force, close = others.get("initial_force"), others.get("close")
     rows = BatchInputs.of(simulator, states, given, force, close)
-    zeros = (name for name, values in rows.inputs.items() if not values.any())
-    simulator = simulator.without_slip(rows.row(0), zeros)
-    rows = replace(rows, simulator=simulator)
+    # Most inputs are single numbers, of which Python asks ten times as fast as NumPy.
+    zeros = (n for n, v in rows.inputs.items() if not (v.any() if v.ndim else float(v)))
+    moving = simulator.without_slip(rows.row(0), zeros)
+    if moving is not simulator:
+        simulator, rows = moving, replace(rows, simulator=moving)
     scale = np.zeros(len(simulator.outline.state_names))
     shared = simulator.options(scale, replace(settings, record=Record.EVENTS))
     engine, batch = simulator.integrator, _Batch(rows, shared, kept)
