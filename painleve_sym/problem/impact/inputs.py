@@ -70,7 +70,7 @@ def impact_inputs(
             f"{where}: got W = {W!r}, mu = {mu!r}, velocity = {velocity!r}, e = {e!r}, need "
             f"{_SEVERAL if several else _ONE}. Fix: check the shapes."
         ) from error
-    faults = _number_faults(rows, friction, v, e, _axes(len(rows), several))
+    faults = _number_faults(rows, friction, v, e, several)
     if not faults:
         faults = _mobility_faults(rows, in_one_plane, several)
     normal_velocities = v[:: len(v) // len(friction)]
@@ -124,13 +124,14 @@ def _number_faults(
     mu: Sequence[float],
     velocity: Sequence[float],
     e: float,
-    axes: Sequence[str],
+    several: bool,
 ) -> list[str]:
     """Return a sentence for each number that is not finite or too large."""
-    sizes = list(map(abs, (*chain.from_iterable(rows), *mu, e, *velocity)))
+    sizes = [*map(abs, chain(*rows, mu, (e,), velocity))]
     # A sum is nan where any number is.
     if max(sizes) <= LARGEST and math.isfinite(sum(sizes)):
         return []
+    axes = _axes(len(rows), several)
     entries = {
         f"W_{a}{b}": w
         for a, row in zip(axes, rows, strict=True)

@@ -81,8 +81,10 @@ class ImpactPath:
         self, W: tuple[float, float, float], mu: float, v_n: float, v_t: float, measure: Measure
     ) -> None:
         # Powers of two leave every digit, and keep squares of the velocities in range.
-        self.mass, self.speed = binary_exponent(W[0], W[2]), binary_exponent(v_n, v_t)
-        self.W = tuple(math.ldexp(w, -self.mass) for w in W)
+        W_nn, W_nt, W_tt = W
+        self.mass = down = binary_exponent(W_nn, W_tt)
+        self.speed = binary_exponent(v_n, v_t)
+        self.W = math.ldexp(W_nn, -down), math.ldexp(W_nt, -down), math.ldexp(W_tt, -down)
         self.v_n, self.v_t = math.ldexp(v_n, -self.speed), math.ldexp(v_t, -self.speed)
         self.mu, self.measure, self.spent = mu, measure, 0.0
         self.phases: list[ImpactPhase] = []
@@ -114,9 +116,10 @@ class ImpactPath:
     @property
     def begins(self) -> bool:
         """Whether there is an impact: an approach, or at v_n = 0 A < 0, or A = 0 stops the slip."""
-        stops = self.W[0] > 0.0 and self._impulse_to_stop < math.inf
         rate = self.ray.normal_rate
-        return self.v_n != 0.0 or rate < 0.0 or (rate == 0.0 and stops)
+        if self.v_n != 0.0 or rate < 0.0:
+            return True
+        return rate == 0.0 and self.W[0] > 0.0 and self._impulse_to_stop < math.inf
 
     @property
     def _impulse_to_stop(self) -> float:
@@ -194,8 +197,8 @@ AFTER_STOP = {
 
 
 def binary_exponent(*numbers: float) -> int:
-    """Return k for which 2**k is just above the largest of the numbers in size; 0 without any."""
-    return math.frexp(max(map(abs, numbers), default=0.0))[1]
+    """Return k for which 2**k is just above the largest of the numbers in size."""
+    return math.frexp(max(map(abs, numbers)))[1]
 
 
 def impulse_to_end(
