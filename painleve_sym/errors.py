@@ -54,6 +54,10 @@ class NotPlanar(InputError):
     """A mechanism with contacts in space, where contacts in the plane are needed."""
 
 
+class NoFormulas(InputError):
+    """The file of a robot, whose contacts are numbers, where formulas of a mechanism are needed."""
+
+
 class ModelError(InputError):
     """A mechanism, contact or law is ill-defined; the message lists all faults.
 

@@ -10,10 +10,17 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
-from painleve_sym.cli.commands import IN_SPACE
+from painleve_sym.cli.commands import IN_SPACE, OF_ROBOTS
 from painleve_sym.cli.memory import require_address_space
 from painleve_sym.cli.parser import read_arguments, run_command
-from painleve_sym.errors import InputError, NotPlanar, PainleveError, PainleveWarning, shortened
+from painleve_sym.errors import (
+    InputError,
+    NoFormulas,
+    NotPlanar,
+    PainleveError,
+    PainleveWarning,
+    shortened,
+)
 from painleve_sym.escape import terminal_text
 from painleve_sym.interrupts import ended_by_interrupts, noted_interrupts
 from painleve_sym.progress import show_progress
@@ -68,6 +75,9 @@ def _guarded(arguments: list[str]) -> int:
         return ending.code if isinstance(ending.code, int) else EXIT_FAILURE
     except NotPlanar as error:
         offered = f"Commands that take contacts in space: {', '.join(IN_SPACE)}."
+        return _fail(f"{error} {offered}", EXIT_USAGE)
+    except NoFormulas as error:
+        offered = f"Commands that take robots: robot, and with --contact {', '.join(OF_ROBOTS)}."
         return _fail(f"{error} {offered}", EXIT_USAGE)
     except InputError as error:
         return _fail(str(error), EXIT_USAGE)

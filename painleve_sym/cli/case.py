@@ -7,7 +7,7 @@ import os
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from painleve_sym.cli.commands import IN_SPACE
+from painleve_sym.cli.commands import IN_SPACE, OF_ROBOTS
 from painleve_sym.cli.options import given_options, read_assignments, read_quantities
 from painleve_sym.cli.robot_options import read_robot_options
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
@@ -21,8 +21,6 @@ from painleve_sym.study.settings import SETTINGS
 
 _OPTIONS = tuple(n for n, of in SETTINGS.items() if of.group and of.type != "Mapping[str, float]")
 """Options that give a field of the scenario."""
-_OF_ROBOTS = ("classify", "jump", "contrast")
-"""Commands that take the contact of a robot."""
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
@@ -65,7 +63,7 @@ def _base(case: str, command: str) -> Scenario:
     if case.endswith(".toml") and _describes_mechanism(case):
         return Scenario(model=case, where=f"{command} {case}")
     if is_robot_file(case):
-        if command not in _OF_ROBOTS:
+        if command not in OF_ROBOTS:
             model(case)  # says that a robot has no formulas
         return Scenario(model=case, where=f"{command} {case}")
     named = case.partition(":")[0] in NAMED
@@ -75,7 +73,7 @@ def _base(case: str, command: str) -> Scenario:
         raise InputError(
             f"{command}: {unknown_name('model', case, NAMED)} "
             "Fix: name one of these, or a mechanism or scenario file ending in .toml, or for "
-            "classify, jump and contrast the file of a robot."
+            f"{', '.join(OF_ROBOTS)} the file of a robot."
         )
     return Scenario(model=case, where=f"{command} {case}")
 

@@ -41,6 +41,8 @@ class Command(NamedTuple):
 
 IN_SPACE = ("certify", "classify", "contrast", "derive", "jump", "map")
 """Commands that take a mechanism with contacts in space."""
+OF_ROBOTS = ("classify", "contrast", "jump")
+"""Commands that take the contact of a robot as that of a mechanism."""
 COMMANDS: dict[str, Command] = {}
 """The commands by name, in the order of the help."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from painleve_sym.cache import read_entry, write_entry
 from painleve_sym.codegen.derivation_cache import MECHANISM, entry_key
-from painleve_sym.errors import InputError, received, unknown_name
+from painleve_sym.errors import InputError, NoFormulas, received, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import COUNTS, NAMED
 from painleve_sym.mechanics.outline import MechanismOutline
@@ -52,10 +52,10 @@ def model(name: str | Path, **parameters: Value) -> Mechanism:
         raise InputError(f"mechanism: got {received(name)}, need a name or the path of a file.")
     name = str(name)
     if is_robot_file(name):
-        raise InputError(
+        raise NoFormulas(
             f"mechanism: got {name}, the file of a robot, which has no formulas. "
-            "Fix: use robot, classify, jump or contrast with --contact, in Python "
-            "robot(path).contact(frame)."
+            "Fix: give the name or the file of a mechanism; robot(path).contact(frame) in Python "
+            "has the numbers of a contact."
         )
     if name.endswith(".toml"):
         from painleve_sym.mechanics.toml.mechanism_file import load_mechanism

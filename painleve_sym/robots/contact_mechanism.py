@@ -198,7 +198,7 @@ def refuse(name: str) -> NoReturn:
     """Raise InputError: a robot has no formulas."""
     raise InputError(
         f"robot {name!r}: its contact has numbers in space but no formulas, which are needed here. "
-        "Fix: use robot, classify, jump or contrast."
+        "Fix: describe the mechanism in Python or in a mechanism file."
     )
 
 

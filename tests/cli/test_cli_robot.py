@@ -323,7 +323,7 @@ radius = "1 cm"
         (("jump", "rod", "--pose", "standing"), "got pose with the mechanism 'rod'"),
         (("classify", *PLACE, "--contact-velocity=-1,0,0"), "normal velocity -1 m/s, need 0"),
         (("contrast", *PLACE, *SLIP, "--solvers", "lemke"), "unknown solver 'lemke'"),
-        (("derive", DOG), "the file of a robot, which has no formulas"),
+        (("derive", DOG), "take robots: robot, and with --contact classify, contrast, jump."),
         (("simulate", DOG, "--law", "hertz"), "the file of a robot, which has no formulas"),
         (("classify", "absent.urdf", "--contact", "foot"), "No such file"),
     ],

@@ -9,16 +9,17 @@ from painleve_sym.doors import listed
 
 CODE = """
 import sys
-from painleve_sym.problem import ContactProblem
+from painleve_sym.problem import ContactProblem, solve_impact
 [solution] = ContactProblem([[4.0, 1.0], [1.0, 2.0]], [-9.8, 0.0], [0.5], [-1.0]).solutions()
+impact = solve_impact([[2.0, 0.0], [0.0, 1.0]], 0.3, (-1.0, 0.5), "newton", 0.5)
 heavy = {"sympy", "casadi", "matplotlib"}
-print(round(solution.normal_force, 6), *sorted(heavy & set(sys.modules)))
+print(round(solution.normal_force, 6), impact.case.value, *sorted(heavy & set(sys.modules)))
 """
 
 
-def test_a_contact_problem_needs_neither_sympy_nor_casadi():
+def test_contact_problems_and_impacts_need_neither_sympy_nor_casadi():
     result = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True)
-    assert result.stdout == "2.177778\n", result.stderr
+    assert result.stdout == "2.177778 sliding\n", result.stderr
 
 
 def test_the_door_has_the_names_of_contact_problems():

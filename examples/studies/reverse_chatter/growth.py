@@ -95,7 +95,7 @@ def figure(data: dict[str, Any]) -> Figure:
             right.plot([r["e"] for r in rows], measured, "o", color=color, markersize=3)
         right.axhline(1, color=REFERENCE, linewidth=0.6)
         right.set(xlabel="coefficient of restitution", ylabel="ratio of bounces")
-        right.set_title("(b) lines: closed form, dots: rigid runs")
+        right.set_title("(b) lines: $W$ and $b$ of the rest, dots: rigid runs")
         right.legend(loc="upper left")
     return drawn
 
