@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,8 @@ from painleve_sym.study.comparisons.case import Answer
 from painleve_sym.study.comparisons.comparison import Comparison
 
 _OPEN = "open or closing, so there is no contact problem of accelerations"
+_Columns = tuple[list[str], Callable[[Answer], list[str]]]
+"""Heads of columns of a table, and their cells for an answer."""
 
 
 def contrast(arguments: argparse.Namespace) -> int:
@@ -52,11 +55,8 @@ def contrast(arguments: argparse.Namespace) -> int:
         files = {} if out is None else {"files": {"out": out}}
         print_json(contrast_data(comparison) | notices_data(notices) | files)
         return 0
-    if comparison.frozen:
-        show_case(mechanism, scenario, comparison.parameters)
-        _show_frozen(comparison, mechanism.state_units)
-    else:
-        _show(comparison, mechanism.state_units)
+    show_case(mechanism, scenario, comparison.parameters)
+    _show(comparison, mechanism.state_units)
     show()
     _show_orders(comparison)
     _show_findings(comparison)
@@ -167,71 +167,78 @@ def _stepping_data(answer: Answer) -> dict[str, Any]:
 
 
 def _show(comparison: Comparison, units: dict[str, str]) -> None:
-    given = assignments({n: v for n, v in comparison.state.items() if v != 0}, units)
-    e = number(comparison.e)
-    show(f"{comparison.mechanism} at {given or 'rest'} (others 0), e = {e}")
+    frozen = comparison.frozen
+    note = "; the configuration, and so W and b, is frozen" if frozen else ""
+    show(f"e = {number(comparison.e)}{note}")
     show()
     _show_accelerations(comparison)
     _show_first_steps(comparison)
-    _show_jumps(comparison, units)
+    if not frozen:  # else the rigid motions are these jumps
+        _show_jumps(comparison, units)
     show()
+    rigid = _distinct(comparison.rigid)
+    answers = [*rigid, *comparison.stepping, *comparison.softened]
+    head, cells = _contact_columns(answers) if frozen else _velocity_columns(comparison, units)
+    rows = [[_name(a), _marked(a), *cells(a), _finite(a.error, 2)] for a in answers]
+    show_table(("method", "setting", *head, "error"), rows, left=(0, 1), indent=0)
+    _show_early(answers, units)
+    show("error: relative distance to the rigid motion it tends to, by kinetic energy")
+    if frozen and rigid:
+        _show_all_velocities(comparison, [*rigid, *comparison.softened[-1:]], units)
+
+
+def _velocity_columns(comparison: Comparison, units: dict[str, str]) -> _Columns:
+    """Say which velocities follow, those at the end time; return their columns."""
     names = list(comparison.rigid[0].velocity)
     listed = ", ".join(f"{n} in {units[n]}" for n in names)
     show(f"velocities at t = {number(comparison.t_end)} s: {listed}; impulse P_n in N s")
     show("rigid motion first, by its restitution and policy")
-    answers = [*_distinct(comparison.rigid), *comparison.stepping, *comparison.softened]
-    rows = [
-        _row(a, *(_short(a.velocity[n]) for n in names), number(a.normal_impulse, 5))
-        for a in answers
-    ]
-    show_table(("method", "setting", *names, "P_n", "error"), rows, left=(0, 1), indent=0)
-    _show_early(answers, units)
-    show("error: relative distance to the rigid motion it tends to, by kinetic energy")
+
+    def cells(answer: Answer) -> list[str]:
+        return [*(_short(answer.velocity[n]) for n in names), number(answer.normal_impulse, 5)]
+
+    return [*names, "P_n"], cells
 
 
-def _show_frozen(comparison: Comparison, units: dict[str, str]) -> None:
-    """Print the answers in a frozen configuration: the contact first, then all velocities."""
-    show(f"e = {number(comparison.e)}; the configuration, and so W and b, is frozen")
-    show()
-    _show_accelerations(comparison)
-    _show_first_steps(comparison)
-    show()
+def _contact_columns(answers: list[Answer]) -> _Columns:
+    """Say which velocities follow, those of the contact after the impact; return their columns."""
     show("contact after the impact: velocities in m/s, P_n in N s, time in s, largest force in N")
-    rigid = _distinct(comparison.rigid)
-    answers = [*rigid, *comparison.stepping, *comparison.softened]
-    speeds = (f"v_{axis}" for axis in axis_names(answers[0].contact_velocities.shape[1] - 1))
-    head = ("method", "setting", *speeds, "P_n", "time", "force", "error")
-    show_table(head, map(_contact_row, answers), left=(0, 1), indent=0)
-    _show_early(answers, units)
-    show("error: relative distance to the rigid answer it tends to, by kinetic energy")
-    ends = [*rigid, *comparison.softened[-1:]]
-    if rigid:
-        show()
-        show("all velocities")
-        rows = [
-            (f"{n} [{unit}]", number(comparison.state[n]), *(_short(a.velocity[n]) for a in ends))
-            for n, unit in ((n, units[n]) for n in rigid[0].velocity)
-        ]
-        named = [_name(a) if a.method == "rigid" else _setting(a) for a in ends]
-        show_table(("", "before", *named), rows)
+    axes = axis_names(answers[0].contact_velocities.shape[1] - 1)
+    return [*(f"v_{axis}" for axis in axes), "P_n", "time", "force"], _contact_cells
 
 
-def _contact_row(answer: Answer) -> list[str]:
+def _contact_cells(answer: Answer) -> list[str]:
     speeds = answer.contact_velocities[-1].tolist()
     size = float(np.abs(answer.contact_velocities).max())
-    return _row(
-        answer,
+    return [
         number(speeds[0], 5, size),
         *(number(v, 4, size) for v in speeds[1:]),
         number(answer.normal_impulse, 5),
         number(answer.final_time, 4),
-        number(answer.peak_force, 4) if math.isfinite(answer.peak_force) else "",
-    )
+        _finite(answer.peak_force, 4),
+    ]
 
 
-def _row(answer: Answer, *cells: str) -> list[str]:
-    error = number(answer.error, 2) if math.isfinite(answer.error) else ""
-    return [_name(answer), _marked(answer), *cells, error]
+def _finite(value: float, digits: int) -> str:
+    return number(value, digits) if math.isfinite(value) else ""
+
+
+def _show_all_velocities(
+    comparison: Comparison, answers: list[Answer], units: dict[str, str]
+) -> None:
+    """Print the velocities of all coordinates, a column for each answer."""
+    show()
+    show("all velocities")
+    rows = [
+        (
+            f"{n} [{units[n]}]",
+            number(comparison.state[n]),
+            *(_short(a.velocity[n]) for a in answers),
+        )
+        for n in answers[0].velocity
+    ]
+    named = [_name(a) if a.method == "rigid" else _setting(a) for a in answers]
+    show_table(("", "before", *named), rows)
 
 
 def _marked(answer: Answer) -> str:
