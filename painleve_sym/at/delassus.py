@@ -5,10 +5,11 @@ Everything that needs them asks `Delassus`, which asks a `Dynamics` for one func
 
 from __future__ import annotations
 
+import functools
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -25,6 +26,8 @@ from painleve_sym.mechanics.outline import MechanismOutline
 if TYPE_CHECKING:
     import casadi as ca
 
+
+Shapes = tuple[tuple[int, ...], ...]
 
 _MOTION = ("gap", "gap_rate", "slip_velocity")
 _OF_CONTACT = (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance")
@@ -184,7 +187,7 @@ class LagrangianDynamics:
         entries = [own[i][name] for name in _OF_CONTACT for i in range(n)]
         at, axis = ContactRows(n), ("t", "n")
         kinds = [axis[at.is_normal(row)] for row in range(at.size)]
-        for r, c in product(range(at.size), repeat=2):
+        for r, c in itertools.product(range(at.size), repeat=2):
             low, high = min(r, c), max(r, c)
             alone = own[at.contact(low)]
             coupled = at.contact(r) != at.contact(c)
@@ -277,7 +280,7 @@ class Delassus:
 
     def at_each(self, values: Mapping[str, Any]) -> ContactNumbers:
         """Return the numbers of the contacts at an array of states."""
-        return self._at_each(self.contact_quantities, values, [])[0]
+        return self._at_each(self.contact_quantities, values, ())[0]
 
     def whole_at_each(self, values: Mapping[str, Any]) -> tuple[ContactNumbers, MotionNumbers]:
         """Return the same as `whole_at` at an array of states."""
@@ -285,22 +288,22 @@ class Delassus:
         return contacts, MotionNumbers(*moves)
 
     def _contacts(self, numbers: list[float], values: Mapping[str, float]) -> ContactNumbers:
-        *shapes, (n_margins,) = self._contact_shapes
-        begin = len(numbers) - n_margins
+        shapes = self._contact_shapes
+        begin = len(numbers) - shapes[-1][0]
         contacts = self.dynamics.outline.contacts
         mu = np.array([float(values[c.friction]) for c in contacts])
-        own: Any = (*_in_shapes(np.array(numbers[:begin]), shapes), numbers[begin:], mu)
+        own: Any = (*_in_shapes(np.array(numbers[:begin]), shapes[:-1]), numbers[begin:], mu)
         return ContactNumbers(*own)
 
     def _at_each(
-        self, function: Quantities, values: Mapping[str, Any], more: Sequence[tuple[int, ...]]
+        self, function: Quantities, values: Mapping[str, Any], more: Shapes
     ) -> tuple[ContactNumbers, list[Array]]:
         """Return the numbers at an array of states, and parts of the shapes `more` after them."""
         outline = self.dynamics.outline
         arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in function.arguments))
         axes, count = arrays[0].shape, len(self._contact_shapes)
         flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
-        parts = _in_shapes(function.rows(flat), [*self._contact_shapes, *more], axes)
+        parts = _in_shapes(function.rows(flat), (*self._contact_shapes, *more), axes)
         mu = [
             np.broadcast_to(np.asarray(values[c.friction], float), axes) for c in outline.contacts
         ]
@@ -328,19 +331,16 @@ class Delassus:
         return arrays
 
     @property
-    def _contact_shapes(self) -> list[tuple[int, ...]]:
-        outline, tangents = self.dynamics.outline, self.dynamics.n_tangents
-        n = len(outline.contacts)
-        size = ContactRows(n, tangents).size
-        slip = (n,) if tangents == 1 else (n, tangents)
-        own = [slip if name == "slip_velocity" else (n,) for name in _OF_CONTACT]
-        return [*own, (size, size), (size,), (self.dynamics.n_margins,)]
+    def _contact_shapes(self) -> Shapes:
+        dynamics = self.dynamics
+        n, tangents = len(dynamics.outline.contacts), dynamics.n_tangents
+        return _contact_shapes(n, tangents, dynamics.n_margins)
 
     @property
-    def _motion_shapes(self) -> list[tuple[int, ...]]:
+    def _motion_shapes(self) -> Shapes:
         outline, n = self.dynamics.outline, len(self.dynamics.outline.contacts)
         nu, size = len(outline.velocities), ContactRows(n, self.dynamics.n_tangents).size
-        return [(size, nu), (nu, size), (nu,), (size,), (1,)]
+        return (size, nu), (nu, size), (nu,), (size,), (1,)
 
     @property
     def contact_quantities(self) -> Quantities:
@@ -402,23 +402,38 @@ class NumericalMechanism(Mechanism):
         return with_fields(self, outline=outline, definition=definition)
 
 
-def _in_shapes(
-    numbers: Array, shapes: Sequence[tuple[int, ...]], axes: tuple[int, ...] = ()
-) -> list[Array]:
+# The same few for all states of a mechanism.
+@functools.lru_cache(maxsize=256)
+def _contact_shapes(n: int, tangents: int, margins: int) -> Shapes:
+    """Return the shapes of all `ContactNumbers` but mu."""
+    size = ContactRows(n, tangents).size
+    slip = (n,) if tangents == 1 else (n, tangents)
+    own = [slip if name == "slip_velocity" else (n,) for name in _OF_CONTACT]
+    return *own, (size, size), (size,), (margins,)
+
+
+@functools.lru_cache(maxsize=256)
+def _ends(shapes: Shapes) -> list[int]:
+    """Return where the entries of arrays of these shapes end, one after the other."""
+    return list(itertools.accumulate(map(math.prod, shapes)))
+
+
+def _in_shapes(numbers: Array, shapes: Shapes, axes: tuple[int, ...] = ()) -> list[Array]:
     """Return arrays of these shapes from their entries, one after the other; `axes` end each."""
-    parts, end = list[Array](), 0
-    for shape in shapes:
-        end, first = end + math.prod(shape), end
-        parts.append(numbers[first:end].reshape(*shape, *axes))
+    parts, first = list[Array](), 0
+    for shape, end in zip(shapes, _ends(shapes), strict=True):
+        part = numbers[first:end]
+        parts.append(part if len(shape) == 1 and not axes else part.reshape(*shape, *axes))
+        first = end
     return parts
 
 
-def _entry_names(names: Sequence[str], shapes: Sequence[tuple[int, ...]]) -> list[str]:
+def _entry_names(names: Sequence[str], shapes: Shapes) -> list[str]:
     """Return a name for each entry of arrays of these shapes, row by row."""
     return [
         "_".join((name, *map(str, place)))
         for name, shape in zip(names, shapes, strict=True)
-        for place in product(*map(range, shape))
+        for place in itertools.product(*map(range, shape))
     ]
 
 

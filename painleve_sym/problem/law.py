@@ -330,7 +330,8 @@ class ScaledLaw:
 
     def _infinite(self, vanishing: Sequence[tuple[int, float]], terms: Vector) -> bool:
         """Return whether rounding of the forces alone could be all of b in some equations."""
-        if all([INFINITE * (terms[k] - self.offsets[k]) <= offset for k, offset in vanishing]):
+        least = min([offset for _, offset in vanishing if offset], default=math.inf)
+        if all([INFINITE * (terms[k] - self.offsets[k]) <= least for k, _ in vanishing]):
             return False
         worst: dict[int, tuple[float, float]] = {}
         for k, offset in vanishing:

@@ -302,10 +302,10 @@ def solution_of(law: ScaledLaw, answer: MotionWithForces) -> ContactSolution:
                 tangential.append(forces[t])
                 sliding.append(moving(t, k) if lifted or way else 0.0)
         slips.append(tuple(named))
-    numbers = [np.array(values) for values in (normal, tangential, parted, sliding)]
-    for array in numbers:
-        array.setflags(write=False)
-    F_n, F_t, a_n, a_t = numbers
+    numbers = np.array([*normal, *parted, *tangential, *sliding])
+    numbers.setflags(write=False)
+    n, both, end = len(normal), 2 * len(normal), 2 * len(normal) + len(tangential)
+    F_n, a_n, F_t, a_t = numbers[:n], numbers[n:both], numbers[both:end], numbers[end:]
     return ContactSolution(
         tuple(modes),
         tuple(slips),
