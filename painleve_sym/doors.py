@@ -64,6 +64,6 @@ def _remedy(name: str) -> str:
     if name.startswith("_"):
         return ""
     if f"{ROOT}.{name}" in doors():
-        return f". Fix: import {ROOT.name}.{name}"
+        return f". Fix: import {ROOT}.{name}"
     place = public_names().get(name)
     return f". Fix: from {place} import {name}" if place else ""

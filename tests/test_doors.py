@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 import painleve_sym
-from painleve_sym.doors import ROOT, doors, listed
+from painleve_sym.doors import FOLDER, doors, listed
 
+ROOT = Path(FOLDER)
 DOCS = ROOT.parent / "docs"
 PAGES = sorted((DOCS / "doors").glob("*.md"))
 

@@ -95,8 +95,8 @@ class Classification(Shown, Compared):
     @cached_property
     def coefficients(self) -> tuple[NormalCoefficients, ...]:
         """A, B, critical friction and more of each closed contact, the others open."""
-        given = zip(self.problem.coefficients, self.A_sticks, self.B_sticks, strict=True)
-        return tuple(own._replace(A_stick=float(A), B_stick=float(B)) for own, A, B in given)
+        sticking = zip(self.A_sticks.tolist(), self.B_sticks.tolist(), strict=True)
+        return tuple(map(self.problem.coefficients_of, range(self.problem.size), sticking))
 
     # ---- one contact: where it is `single` ----
 

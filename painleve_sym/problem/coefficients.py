@@ -54,9 +54,11 @@ class Sector(NamedTuple):
     half_angle: float
 
     @classmethod
-    def of(cls, W: Array, mu: float) -> Sector | None:
-        """Return the sector of a mobility W and a friction μ; None where A >= 0 for all slip."""
-        critical = float(friction_threshold(W))
+    def of(cls, W: Array, mu: float, critical: float) -> Sector | None:
+        """Return the sector of a mobility W and a friction μ; None where A >= 0 for all slip.
+
+        `critical` is μ_P of W.
+        """
         if not mu > critical:
             return None
         half = sector_half_angle(critical, mu) if len(W) == 3 else 0.0
@@ -112,22 +114,35 @@ class NormalCoefficients(NamedTuple):
     least_over_normals: float
 
     @classmethod
-    def of(cls, W: Array, b: Array, mu: float, slip: Sequence[float]) -> NormalCoefficients:
-        """Return the coefficients of a contact with a normal row and those of one ball."""
+    def of(
+        cls,
+        W: Array,
+        b: Array,
+        mu: float,
+        slip: Sequence[float],
+        sticking: tuple[float, float] | None = None,
+    ) -> NormalCoefficients:
+        """Return the coefficients of a contact with a normal row and those of one ball.
+
+        `sticking` are A′ and B′, where they are known more exactly than from W and b.
+        """
         W_nn, w = W[0, 0], W[0, 1:]
         ways = map(unit_vector, (slip, b[1:].tolist(), w.tolist()))
         e = next(filter(None, ways), (0.0,) * len(w))
-        A_stick, B_stick = schur_complement(W, b, 1)
+        if sticking is None:
+            A_stick, B_stick = schur_complement(W, b, 1)
+            sticking = float(A_stick.item()), float(B_stick.item())
+        critical = float(friction_threshold(W))
         return cls(
             tuple(v + 0.0 for v in e),  # no -0.0
             A=float(slip_slope(W, mu, e)),
             A_pull=float(slip_slope(W, mu, e, -1)),
             B=float(b[0]),
-            A_stick=float(A_stick.item()),
-            B_stick=float(B_stick.item()),
+            A_stick=sticking[0],
+            B_stick=sticking[1],
             excess=0.0 - float(rounded_difference(W_nn, mu * math.hypot(*w.tolist()))),
-            mu_P=float(friction_threshold(W)),
-            sector=Sector.of(W, mu),
+            mu_P=critical,
+            sector=Sector.of(W, mu, critical),
             least_over_normals=float(least_over_normals(W)),
         )
 

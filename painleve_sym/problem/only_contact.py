@@ -31,9 +31,20 @@ class OnlyContact(Statement):
         InputError
             For a `Brake`, which has no normal row.
         """
-        return tuple(map(self._coefficients, range(self.size)))
+        return tuple(map(self.coefficients_of, range(self.size)))
 
-    def _coefficients(self, i: int) -> NormalCoefficients:
+    def coefficients_of(
+        self, i: int, sticking: tuple[float, float] | None = None
+    ) -> NormalCoefficients:
+        """Return the `coefficients` of one contact.
+
+        Parameters
+        ----------
+        i : int
+            Its index.
+        sticking : tuple of float, optional
+            A′ and B′ where they are known more exactly than from W and b; 1/kg and m/s².
+        """
         own = self.friction[i]
         if is_brake(own):
             raise InputError(
@@ -44,7 +55,7 @@ class OnlyContact(Statement):
         tangents, mu = (ball.n_tangents, ball.mu) if ball else (0, 0.0)
         rows = list(self.rows[i][: 1 + tangents])
         W, b = self.W[np.ix_(rows, rows)], self.b[rows]
-        return NormalCoefficients.of(W, b, mu, self.slips[i][:tangents])
+        return NormalCoefficients.of(W, b, mu, self.slips[i][:tangents], sticking)
 
     @classmethod
     def single(

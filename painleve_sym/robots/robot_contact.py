@@ -440,7 +440,7 @@ class RobotContact:
             mu_P=mu_P,
             direction=direction,
             worst_direction=direction[0] * t1 + direction[1] * t2,
-            sector=Sector.of(W, mu) if mu is not None and mu > mu_P else None,
+            sector=Sector.of(W, mu, mu_P) if mu is not None and mu > mu_P else None,
             least_over_normals=_bounded(least) if least > _LEAST else 0.0,
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
             impact=_worst_impact(W, mu, direction) if mu is not None and mu > mu_P else None,

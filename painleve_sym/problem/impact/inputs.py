@@ -57,9 +57,9 @@ def impact_inputs(
     """
     several = bilateral is not None
     try:
-        rows = [[float(w) for w in row] for row in _plain(W)]
-        v = tuple(float(v) for v in _plain(velocity))
-        friction = tuple(float(m) for m in _plain(mu)) if several else (float(mu),)
+        rows = [list(map(float, row)) for row in _plain(W)]
+        v = tuple(map(float, _plain(velocity)))
+        friction = tuple(map(float, _plain(mu))) if several else (float(mu),)
         e = float(e)
         sizes = (2 * len(friction),) if several else (2, 3)
         fits = bilateral is None or len(bilateral) == len(friction)
@@ -74,7 +74,7 @@ def impact_inputs(
     if not faults:
         faults = _mobility_faults(rows, in_one_plane, several)
     normal_velocities = v[:: len(v) // len(friction)]
-    if min(friction) < 0 or max(normal_velocities) > 0 or any(bilateral or ()):
+    if min(friction) < 0 or max(normal_velocities) > 0 or (bilateral and any(bilateral)):
         faults += _sign_faults(friction, normal_velocities, bilateral)
     if e < 0 or e > 1:
         faults.append(f"e: got {e!r}, need 0 <= e <= 1.")

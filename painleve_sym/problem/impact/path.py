@@ -15,6 +15,8 @@ from painleve_sym.problem.rounding import rounded_sum
 # det W over W_nn W_tt, and the distance of two break points, after the roundings of an inverse
 # mass matrix: below it W counts as rank one, and both events happen at once.
 COINCIDENT = 1e-12
+# Members of an enumeration take longer to look up.
+_VELOCITY, _IMPULSE = Measure.VELOCITY, Measure.IMPULSE
 
 
 class PathRay(NamedTuple):
@@ -133,17 +135,17 @@ class ImpactPath:
         False where it never gets there.
         """
         due = -share * self.v_n + 0.0
-        if not self._follow_part("compression", Measure.VELOCITY, 0.0):
+        if not self._follow_part("compression", _VELOCITY, 0.0):
             return False
-        if self.measure is not Measure.VELOCITY:
-            due = share * self.spent if self.measure is Measure.IMPULSE else -share * self.spent
+        if self.measure is not _VELOCITY:
+            due = share * self.spent if self.measure is _IMPULSE else -share * self.spent
         self.spent = 0.0
         return self._follow_part("restitution", self.measure, due)
 
     def _end(self, measure: Measure, due: float) -> tuple[float, float]:
         """Return what `impulse_to_end` does for the present ray; `due` is of the whole part."""
         v_n, rate = self.v_n, self.ray.normal_rate
-        if measure is Measure.VELOCITY and rate <= 0.0 and self.phases and due <= v_n:
+        if measure is _VELOCITY and rate <= 0.0 and self.phases and due <= v_n:
             return 0.0, v_n
         return impulse_to_end(measure, v_n, rate, due, max(0.0, due - self.spent))
 
@@ -171,7 +173,7 @@ class ImpactPath:
         # Velocities are linear in the impulse: the works take their means.
         P_t = self.ray.ratio * P
         work_n, work_t = P * (self.v_n + v_n) / 2, P_t * (self.v_t + v_t) / 2
-        self.spent += P if self.measure is Measure.IMPULSE else work_n
+        self.spent += P if self.measure is _IMPULSE else work_n
         self.v_n, self.v_t = v_n, v_t
         speed, impulse, energy = self.speed, self.speed - self.mass, 2 * self.speed - self.mass
         self.phases.append(
@@ -209,9 +211,9 @@ def impulse_to_end(
     The rate is dv_n/dP_n. `due` is the final velocity, `left` the impulse P_n or the work
     ∫v_n dP_n that is still to come.
     """
-    if measure is Measure.VELOCITY:
+    if measure is _VELOCITY:
         return ((due - v_n) / rate, due) if rate > 0.0 else (math.inf, v_n)
-    if measure is Measure.IMPULSE:
+    if measure is _IMPULSE:
         return left, v_n + rate * left
     if left == 0.0:
         return 0.0, v_n
