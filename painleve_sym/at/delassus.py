@@ -423,7 +423,7 @@ def _in_shapes(numbers: Array, shapes: Shapes, axes: tuple[int, ...] = ()) -> li
     parts, first = list[Array](), 0
     for shape, end in zip(shapes, _ends(shapes), strict=True):
         part = numbers[first:end]
-        parts.append(part if len(shape) == 1 and not axes else part.reshape(*shape, *axes))
+        parts.append(part if part.ndim == len(shape) == 1 else part.reshape(*shape, *axes))
         first = end
     return parts
 

@@ -80,6 +80,15 @@ def test_numbers_at_an_array_of_states_have_the_bits_of_each(name):
             assert whole[(..., *place)].tobytes() == np.asarray(own).tobytes()
 
 
+def test_numbers_of_single_numbers_have_no_further_axes():
+    mechanism = model("block-two-feet")
+    values = values_of(mechanism)
+    of = Delassus.of(mechanism)
+    one, alone = of.at_each(values), of.at(values)
+    for name in set(ContactNumbers._fields) - {"margins"}:
+        np.testing.assert_array_equal(getattr(one, name), getattr(alone, name), strict=True)
+
+
 def test_mobility_is_symmetric_to_the_last_bit():
     W = Delassus.of(model("block-two-feet")).at(values_of(model("block-two-feet"))).W
     np.testing.assert_array_equal(W, W.T)
