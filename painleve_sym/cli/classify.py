@@ -20,6 +20,7 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.cli.run import show_case
 from painleve_sym.contact_rows import axis_names
+from painleve_sym.problem.coefficients import Sector
 from painleve_sym.problem.solution import ContactCase
 
 BORDERS = {
@@ -93,8 +94,16 @@ def _show_coefficients(classification: Classification) -> None:
         above = f"A < 0 is possible for mu > mu_P = {number(own.mu_P)}"
     show(f"{above}; least mu_P of all normals: {number(own.least_over_normals)}")
     if own.sector is not None:
-        half, way = own.sector.half_angle, ", ".join(map(number, own.sector.direction))
-        show(f"A < 0 for slip {f'within {number(half)} rad of' if half else 'along'} ({way})")
+        show(f"A < 0 for slip {_directions(own.sector)}")
+
+
+def _directions(sector: Sector) -> str:
+    """Return the directions of slip of a sector in words; of one tangent, a sign."""
+    first, *across = sector.direction
+    if not across:
+        return f"with v_t {'<' if first < 0 else '>'} 0"
+    near = f"within {number(sector.half_angle)} rad of" if sector.half_angle else "along"
+    return f"{near} ({', '.join(map(number, sector.direction))})"
 
 
 def _show_closed(classification: Classification) -> None:
