@@ -89,7 +89,7 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
         show(f"A < 0 is possible for mu > mu_P = {number(regions.thresholds['mu_P'], 9)}")
     if "least_over_normals" in regions.thresholds:
         least = number(regions.thresholds["least_over_normals"], 9)
-        show(f"and for no other normal of the surface below {least}")
+        show(f"least mu_P of all normals of the surface: {least}")
     if "mu_C" in regions.thresholds:
         show(f"second threshold mu_C = 2/sqrt(3) mu_P = {number(regions.thresholds['mu_C'], 9)}")
 

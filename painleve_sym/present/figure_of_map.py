@@ -204,7 +204,7 @@ def _draw_thresholds(axes: Axes, regions: RegionMap) -> None:
     place = regions.over.index("mu")
     values = regions.values[place]
     for name, value in regions.thresholds.items():
-        if not values[0] < value < values[-1]:
+        if name not in ("mu_P", "mu_C") or not values[0] < value < values[-1]:
             continue
         draw = axes.axvline if place == 0 else axes.axhline
         draw(value, color=REFERENCE, linewidth=0.8, linestyle=(0, (3, 2)), zorder=2.5)

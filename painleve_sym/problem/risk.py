@@ -70,6 +70,10 @@ def slip_slope(W: Array, mu: float | Array, slip: Sequence[Any], side: int = 1) 
     return rounded_difference(W[0, 0], side * mu * coupling)
 
 
+LEAST = 2e-6
+"""Thresholds of friction below this are the rounding of 0, that of a singular W."""
+
+
 def slip_angle(direction: Sequence[float]) -> float:
     """Return the angle of a slip from t1 towards t2, in rad; 0 or π in the plane."""
     first, second = (*direction, 0.0)[:2]

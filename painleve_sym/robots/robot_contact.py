@@ -38,7 +38,12 @@ from painleve_sym.problem.coefficients import Sector
 from painleve_sym.problem.friction_set import unit_vector
 from painleve_sym.problem.impact.one_contact import Impact, solve_impact
 from painleve_sym.problem.impact.within_plane import in_plane, is_regular, moving_tangent
-from painleve_sym.problem.risk import friction_threshold, least_over_normals, schur_complement
+from painleve_sym.problem.risk import (
+    LEAST,
+    friction_threshold,
+    least_over_normals,
+    schur_complement,
+)
 from painleve_sym.robots.contact_mechanism import RobotMechanism, contact_mechanism
 from painleve_sym.robots.contact_risk import ContactRisk, LeastRisk
 from painleve_sym.robots.contact_subject import ContactSubject
@@ -61,8 +66,6 @@ _SINGULAR = 1e-9
 """Part of the largest mobility below which one is 0 but for rounding: a singular pose."""
 INFINITE = 1e9
 """Thresholds of friction from this on are infinite but for rounding."""
-_LEAST = 2e-6
-"""Thresholds of friction below this are the rounding of 0, that of a singular W."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -441,7 +444,7 @@ class RobotContact:
             direction=direction,
             worst_direction=direction[0] * t1 + direction[1] * t2,
             sector=Sector.of(W, mu, mu_P) if mu is not None and mu > mu_P else None,
-            least_over_normals=_bounded(least) if least > _LEAST else 0.0,
+            least_over_normals=_bounded(least) if least > LEAST else 0.0,
             gradient={n: factor * s for n, s in zip(self.joints, slopes, strict=True)},
             impact=_worst_impact(W, mu, direction) if mu is not None and mu > mu_P else None,
         )
@@ -544,7 +547,7 @@ class RobotContact:
         pose = {n: float(v) for n, v in zip(names, best_q, strict=True)}
         whole = {name: pose.get(name, float(self.values[own[name]])) for name in self.joints}
         least_mu_P = math.exp(best / 2) if best < _NEVER else math.inf
-        return LeastRisk(least_mu_P if least_mu_P > _LEAST else 0.0, whole)
+        return LeastRisk(least_mu_P if least_mu_P > LEAST else 0.0, whole)
 
 
 def _thresholds(W: Array) -> Array:

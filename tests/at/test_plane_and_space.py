@@ -146,3 +146,6 @@ def test_contrast_and_map_have_the_same_keys_in_the_plane_and_in_space(capsys):
     ):
         plane, space = both(capsys, *((call[0], name, *call[1:]) for name in ("rod", "rod-3d")))
         assert set(keys(plane)) == set(keys(space))
+    assert set(plane["thresholds"]) == {*space["thresholds"], "mu_C"}  # of the planar rods alone
+    least = [of["thresholds"]["least_over_normals"] for of in (plane, space)]
+    assert least == pytest.approx([4 / 3, 4 / 3])

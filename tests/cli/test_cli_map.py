@@ -32,6 +32,7 @@ def test_map_json_holds_axes_counts_crossings_and_thresholds(capsys):
     assert nearest["theta"] == pytest.approx(theta, abs=1e-12)
     assert nearest["theta_dot"] == pytest.approx(math.sqrt(9.8 / math.sin(theta)), abs=1e-12)
     assert data["thresholds"]["mu_P"] == pytest.approx(4 / 3)
+    assert data["thresholds"]["least_over_normals"] == pytest.approx(4 / 3)
     assert data["parameters"]["mu"] == 1.5
 
 
@@ -74,6 +75,7 @@ def test_map_figure_of_parameters_marks_the_thresholds(capsys, tmp_path):
     run(capsys, "map", "rod", *over, "--state", "theta_dot=3.4", *SMALL, "--out", path)
     texts = {t.get_text() for t in map_figure(RegionMap.load(path)).axes[0].texts}
     assert {r"$\mu_P$", r"$\mu_C$", "$A = 0$", "$B = 0$"} <= texts
+    assert not any("normals" in text for text in texts)
 
 
 @pytest.mark.parametrize(
@@ -139,7 +141,8 @@ def test_zeros_that_A_and_B_share_are_said_once(capsys):
     _, out, _ = run(capsys, *place, "--points", "101")
     zeros = out.split("A and B vanish")[1].splitlines()
     assert zeros[0] == " together along theta = pi/2"
-    assert zeros[1] == "A = 0 and B = 0 cross at" and len(zeros) == 4
+    assert zeros[1] == "A = 0 and B = 0 cross at" and len(zeros) == 5
+    assert zeros[4] == "least mu_P of all normals of the surface: 0"
     data = json.loads(run(capsys, *place, "--points", "101", "--json")[1])
     assert data["shared_zeros"] == [{"theta": pytest.approx(math.pi / 2)}]
     assert len(data["crossings"]) == 1

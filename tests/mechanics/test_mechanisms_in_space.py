@@ -265,7 +265,8 @@ def test_map_in_the_plane_is_that_of_the_planar_rod():
     assert np.array_equal(space.case, plane.case)
     assert np.allclose(space.crossings, plane.crossings, atol=1e-12)
     assert np.array_equal(space.stick_feasible, plane.stick_feasible)
-    assert space.thresholds["least_over_normals"] == pytest.approx(4 / 3)
+    for own in (space, plane):
+        assert own.thresholds["least_over_normals"] == pytest.approx(4 / 3)
 
 
 def test_border_of_the_sector_over_the_direction_of_slip():

@@ -124,11 +124,13 @@ def test_rod_crossing_over_theta_and_mu(rod):
 
 
 def test_map_thresholds_of_the_rods(rod_map):
-    assert rod_map.thresholds == pytest.approx({"mu_P": 4 / 3, "mu_C": 8 / 3**1.5}, rel=1e-14)
+    known = {"mu_P": 4 / 3, "mu_C": 8 / 3**1.5, "least_over_normals": 4 / 3}
+    assert rod_map.thresholds == pytest.approx(known, rel=1e-12)
     heavy = region_map(
         model("rod-inertia"), ("theta", "mu"), points=20, parameters={"alpha": 8.0}
     ).thresholds
-    assert heavy == pytest.approx({"mu_P": 3 / 4, "mu_C": 3 / 4 * 2 / math.sqrt(3)}, rel=1e-14)
+    known = {"mu_P": 3 / 4, "mu_C": 3 / 4 * 2 / math.sqrt(3), "least_over_normals": 3 / 4}
+    assert heavy == pytest.approx(known, rel=1e-12)
 
 
 @pytest.mark.parametrize("alpha", [3.0, 8.0])

@@ -22,6 +22,7 @@ from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.problem.case_codes import LEGEND, can_stick, case_codes
 from painleve_sym.problem.risk import (
+    LEAST,
     friction_threshold,
     least_over_normals,
     slip_slope,
@@ -71,7 +72,7 @@ class ContactMap:
         """Return the fields of the map, whether the contact is open where inside, thresholds.
 
         Last come the margins of points at which W and b lose digits (`DomainBound.near`).
-        The thresholds are those on the grid, in space alone; `closed_thresholds` has the others.
+        The thresholds are the least on the grid; `closed_thresholds` has the others.
         """
         grid = dict(zip(grid, np.broadcast_arrays(*grid.values()), strict=True))
         at = self._numbers.at_each(grid)
@@ -95,7 +96,7 @@ class ContactMap:
             for bound, margin in zip(self.mechanism.outline.domain, at.margins, strict=False)
         ]
         lost = [value for values in near for value in values.tolist()]
-        thresholds = _least_thresholds(W[..., inside]) if self._tangents > 1 else {}
+        thresholds = _least_thresholds(W[..., inside])
         return grids, is_open[0][inside], thresholds, lost
 
     def _along(self, slip: Any, cos: Any, sin: Any) -> tuple[Any, ...]:
@@ -275,7 +276,11 @@ def _least_critical_friction(mechanism: Mechanism, over: list[str], slip: int) -
 
 
 def _least_thresholds(W: Array) -> dict[str, float]:
-    """Return the least thresholds of friction of mobilities, shape (3, 3, n); none without end."""
-    least = {"mu_P": friction_threshold(W), "least_over_normals": least_over_normals(W)}
+    """Return the least thresholds of friction of mobilities, shape (d, d, n); none without end.
+
+    In the plane μ_P has a closed form.
+    """
+    least = {"mu_P": friction_threshold(W)} if len(W) > 2 else {}
+    least["least_over_normals"] = least_over_normals(W)
     values = {name: float(v.min(initial=np.inf)) for name, v in least.items()}
-    return {name: v for name, v in values.items() if np.isfinite(v)}
+    return {name: v if v > LEAST else 0.0 for name, v in values.items() if np.isfinite(v)}

@@ -85,9 +85,9 @@ class RegionMap(Shown, Compared):
         value of the axis that is constant on it, or by both values of one of its points.
     thresholds : dict of str to float
         ``mu_P``: least friction with A < 0 somewhere, where it has a closed form, in space the
-        least on the grid, with ``least_over_normals``, that over all normals; for the rods also
-        ``mu_C`` = (2/√3) μ_P (Génot & Brogliato 1999), where at the crossing both rates of approach
-        are equal.
+        least on the grid; ``least_over_normals``, the least on the grid over all normals of the
+        surface; for the rods also ``mu_C`` = (2/√3) μ_P (Génot & Brogliato 1999), where at the
+        crossing both rates of approach are equal. None of them where it is infinite.
     state, parameters : dict of str to float
         Values that are constant over the map.
     state_units : dict of str to str
