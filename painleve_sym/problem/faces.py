@@ -171,7 +171,7 @@ class ForceSet:
             slope, level = self.rows @ self.null, self.rows @ self.base + self.start
             # A row that does not depend on y restricts nothing; kept, it would hide the inside.
             still = np.abs(slope).max(axis=1, initial=0.0) <= _SLOPE
-            if np.any(level[still] < -least):
+            if (level[still] < -least).any():
                 return _End()
             y, dual = nearest(slope[~still], level[~still] - margin)
             if y is None:

@@ -29,7 +29,8 @@ def forces_by(chosen: Sequence[Piece], size: int) -> FloatArray:
     directions = [way for piece in chosen for way in piece.directions]
     G = np.zeros((size, len(directions)))
     for k, (rows, values) in enumerate(directions):
-        G[list(rows), k] = values
+        for row, value in zip(rows, values, strict=True):
+            G[row, k] = value
     return G
 
 
@@ -84,10 +85,11 @@ class Family:
         if not size:  # nothing presses, and nothing vanishes
             return np.zeros(0), np.zeros((0, 0))
         left, stretch, right = np.linalg.svd(self.block, full_matrices=True)
-        rank = int(np.sum(stretch > RANK * len(self.b)))
+        rank = int((stretch > RANK * len(self.b)).sum())
         goal = -self.b[self.rows]
         null: FloatArray = right[rank:].T
-        if np.any(np.abs(left[:, rank:].T @ goal) > RANGE * np.max(np.abs(goal), initial=0.0)):
+        missed = np.abs(left[:, rank:].T @ goal)
+        if (missed > RANGE * np.abs(goal).max(initial=0.0)).any():
             return None, null
         left, stretch, right = left[:, :rank], stretch[:rank], right[:rank]
         x = right.T @ (left.T @ goal / stretch)
@@ -103,7 +105,7 @@ class Family:
     def moves(self) -> bool:
         """Whether forces that the equations leave open change an acceleration."""
         null = self._parts[1]
-        return bool(null.shape[1]) and bool(np.max(np.abs(self.rates @ null)) > _MOVES)
+        return bool(null.shape[1]) and bool(np.abs(self.rates @ null).max() > _MOVES)
 
     @property
     def forces(self) -> Vector:
