@@ -215,10 +215,10 @@ def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
 def _name_jams(simulator: Simulator, parameters: Array, rows: BatchRows) -> None:
     """Name the slips that jam dynamically among those that meet A = 0."""
     met = np.flatnonzero(rows.reason == SINGULAR)
-    for mode in np.unique(rows.mode[met]):
+    for mode in set(rows.mode[met].tolist()):
         index = met[rows.mode[met] == mode]
         values = dict(zip(simulator.outline.parameter_names, parameters[index].T, strict=True))
-        name = simulator.outline.modes[int(mode)].name
+        name = simulator.outline.modes[mode].name
         names = simulator.outline.state_names
         jam = jams(simulator.contact, name, names, rows.state[index], values)
         rows.reason[index[jam]] = DYNAMIC_JAM
