@@ -9,8 +9,16 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
-from painleve_sym.automata.automaton import Choice, HybridAutomaton, Mode, Reset, Transition
+from painleve_sym.automata.automaton import (
+    Choice,
+    HybridAutomaton,
+    Mode,
+    Reset,
+    Transition,
+    all_positive,
+)
 from painleve_sym.automata.contact_forces import ContactRow
 from painleve_sym.automata.interfaces import Interface, cone_margins
 from painleve_sym.automata.model import (
@@ -243,6 +251,12 @@ class OneContact(ContactStates):
         """Return `cone_margins` in stick, for a normal force of this sign."""
         limit = self.interface.static_coefficient * side * force
         return cone_margins(limit, self.tangential_force("stick", force))
+
+    def slip_begins(self, slip: int, sign: int, side: int = 1) -> Boolean:
+        """Return where slip can begin at v_t = 0, with A of this sign and F_n of this side."""
+        c, along = self.mechanism.coefficients, slip * side
+        rate = slip * (c.slip_rate_coefficient(along) * c.slip_force(along) + c.b_t)
+        return all_positive(sign * c.A(along), -sign * side * c.B, rate)
 
     def slip_stop(self, slip: int, choices: tuple[Choice, ...]) -> Transition:
         """Return the end of slip: v_t = 0."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import sympy as sp
 
@@ -130,7 +131,7 @@ class BilateralContact(OneContact):
 
     @cached_property
     def forms(self) -> BilateralForms:
-        """Closed forms of both sides and of the tangential impact."""
+        """Closed forms of the tangential impact."""
         return BilateralForms(self.mechanism.coefficients)
 
     # ---- the decision ----
@@ -139,7 +140,7 @@ class BilateralContact(OneContact):
         c = self.mechanism.coefficients
         moving, B = slip * self.slip, c.B
         for side in _SIDES:
-            A, other = self.forms.A[slip * side], self.forms.A[-slip * side]
+            A, other = c.A(slip * side), c.A(-slip * side)
             taken = {
                 "liftoff": guide_slip_mode(slip, side),
                 "slip": guide_slip_mode(slip, -side, unstable=True),
@@ -149,7 +150,7 @@ class BilateralContact(OneContact):
             yield Choice(guide_slip_mode(slip, side), all_positive(moving, A, -side * B))
         for side in _SIDES:
             # B = 0: the guard of the force decides how the motion continues.
-            possible = sp.And(all_positive(moving, self.forms.A[slip * side]), is_zero(B))
+            possible = sp.And(all_positive(moving, c.A(slip * side)), is_zero(B))
             yield Choice(guide_slip_mode(slip, side), possible)
         yield Choice(TANGENTIAL_IMPACT, positive(moving))
 
@@ -159,18 +160,12 @@ class BilateralContact(OneContact):
         for side in _SIDES:
             margins = self.stick_margins(c.stick_force, side)
             yield Choice(guide_stick_mode(side), all_positive(*margins.values()))
-        for sign in (1, -1):
-            for slip in SLIPS:
-                for side in _SIDES:
-                    A, force = self.forms.A[slip * side], self.forms.slip_force(slip, side)
-                    rate = slip * (self.forms.slip_rate_coefficient[slip * side] * force + c.b_t)
-                    possible = all_positive(sign * A, -sign * side * c.B, rate)
-                    yield Choice(guide_slip_mode(slip, side, sign < 0), possible, stop)
-        for slip in SLIPS:
-            for side in _SIDES:
-                moves = all_positive(slip * c.b_t, self.forms.A[slip * side])
-                possible = sp.And(is_zero(c.B), moves)
-                yield Choice(guide_slip_mode(slip, side), possible, stop)
+        for sign, slip, side in product((1, -1), SLIPS, _SIDES):
+            name = guide_slip_mode(slip, side, sign < 0)
+            yield Choice(name, self.slip_begins(slip, sign, side), stop)
+        for slip, side in product(SLIPS, _SIDES):
+            possible = sp.And(is_zero(c.B), all_positive(slip * c.b_t, c.A(slip * side)))
+            yield Choice(guide_slip_mode(slip, side), possible, stop)
         yield Choice(guide_stick_mode(1))
 
     def _decision(self) -> Mode:
@@ -196,36 +191,30 @@ class BilateralContact(OneContact):
     # ---- modes ----
 
     def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
-        sign = -1 if unstable else 1
+        c, sign = self.mechanism.coefficients, -1 if unstable else 1
+        # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
+        along = slip * side
         stop = self.slip_stop(slip, (Choice(DECISION),))
         # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
         over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
         if not unstable:
-            over = (
-                Choice(
-                    guide_slip_mode(slip, -side),
-                    positive(self.forms.A[-slip * side]),
-                    ("force_reversal",),
-                ),
-                *over,
-            )
-        loss = -sign * side * self.mechanism.coefficients.B
+            other = guide_slip_mode(slip, -side)
+            over = (Choice(other, positive(c.A(-along)), ("force_reversal",)), *over)
+        loss = -sign * side * c.B
         turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, loss, over)
-        meet = self.singular(sign * self.forms.A[slip * side])
-        # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
-        rubbing, force = SLIPS[slip * side], self.forms.slip_force(slip, side)
-        return self.held_mode(
-            guide_slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet)
-        )
+        meet, name = self.singular(sign * c.A(along)), guide_slip_mode(slip, side, unstable)
+        return self.held_mode(name, SLIPS[along], c.slip_force(along), (stop, turn, meet))
 
     def _stick(self, side: int) -> Mode:
+        c = self.mechanism.coefficients
+
         def enter(slip: int) -> tuple[Choice, ...]:
             # With A < 0 the slip on this side would run backwards: only the other side slips on.
-            possible, stop = positive(self.forms.A[slip * side]), ("slip_stop",)
+            possible, stop = positive(c.A(slip * side)), ("slip_stop",)
             this, other = guide_slip_mode(slip, side), guide_slip_mode(slip, -side)
             return Choice(this, possible, stop), Choice(other, None, stop)
 
-        force = self.mechanism.coefficients.stick_force
+        force = c.stick_force
         changes = self.slip_starts(self.stick_margins(force, side), enter)
         every = ("force_reversal", *(change.label for change in changes))
         other = (Choice(guide_stick_mode(-side), None, every),)
@@ -236,12 +225,7 @@ class BilateralContact(OneContact):
     @cached_property
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated."""
-        slips = [
-            self._slip(slip, side, unstable)
-            for slip in SLIPS
-            for side in _SIDES
-            for unstable in (False, True)
-        ]
+        slips = [self._slip(*slip) for slip in product(SLIPS, _SIDES, (False, True))]
         sticks = [self._stick(side) for side in _SIDES]
         modes = (self._decision(), self._impact(), *sticks, *slips)
         return self.automaton_of(", rigid, bilateral", modes, (Choice(DECISION),), memory=())

@@ -190,10 +190,8 @@ class RigidContact(OneContact):
         c, rest = self.mechanism.coefficients, is_zero(self.slip)
         onsets = []
         for slip, name in SLIPS.items():
-            rate = slip * (c.slip_rate_coefficient(slip) * c.slip_force(slip) + c.b_t)
             for sign, target in ((1, name), (-1, f"{name}_unstable")):
-                condition = all_positive(sign * c.A(slip), -sign * c.B, rate)
-                onsets.append(Choice(target, condition, ("slip_stop",)))
+                onsets.append(Choice(target, self.slip_begins(slip, sign), ("slip_stop",)))
         lift = Choice(FLIGHT, positive(c.B))
         lifts = self.model.rigid_law.policy == "liftoff"
         order = (lift, *self._sticks, *onsets) if lifts else (*self._sticks, *onsets, lift)

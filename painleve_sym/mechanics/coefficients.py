@@ -126,8 +126,7 @@ class ContactCoefficients:
         friction : sympy.Expr, optional
             In place of μ.
         """
-        mu = self.mu if friction is None else friction
-        return readable(self.W_nn - slip * mu * self.W_nt)
+        return self._in_slip(self.W_nn, self.W_nt, slip, friction)
 
     @property
     def B(self) -> sp.Expr:
@@ -139,8 +138,21 @@ class ContactCoefficients:
 
         The arguments are those of `A`.
         """
-        mu = self.mu if friction is None else friction
-        return readable(self.W_nt - slip * mu * self.W_tt)
+        return self._in_slip(self.W_nt, self.W_tt, slip, friction)
+
+    def _in_slip(
+        self, normal: sp.Expr, tangential: sp.Expr, slip: int, friction: sp.Expr | None
+    ) -> sp.Expr:
+        """Return what a unit of F_n and its friction give together, derived once."""
+        key = normal, tangential, slip, friction
+        if key not in self._derived:
+            mu = self.mu if friction is None else friction
+            self._derived[key] = readable(normal - slip * mu * tangential)
+        return self._derived[key]
+
+    @cached_property
+    def _derived(self) -> dict[tuple[sp.Expr, sp.Expr, int, sp.Expr | None], sp.Expr]:
+        return {}
 
     @property
     def slides(self) -> bool:

@@ -85,7 +85,7 @@ def _bilateral(mechanism: Mechanism) -> Iterator[Section]:
             forces.append(
                 Formula(
                     f"F_n_{direction}_{side}",
-                    readable(forms.slip_force(s, sign)),
+                    readable(mechanism.coefficients.slip_force(s * sign)),
                     "N",
                     f"{words}: a solution where this is {'>' if sign > 0 else '<'} 0",
                     f"F_n^{{{'-' if s < 0 else '+'}, \\mathrm{{{side}}}}}",

@@ -14,13 +14,14 @@ from painleve_sym.mechanics.simplify import readable
 
 @dataclass(frozen=True)
 class BilateralForms:
-    """Coefficients A and B of a bilateral contact, for each side that may touch.
+    """The number of solutions of a bilateral contact in slip, and its tangential impact.
 
     The gap stays 0, F_n has either sign and friction is F_t = −μ s |F_n|. So in slip along s
 
         W_nn F_n − μ s W_nt |F_n| + B = 0,
 
-    which is A_{sσ} F_n + B = 0 for F_n of the sign σ, with A_s = W_nn − μ s W_nt.
+    which is A_{sσ} F_n + B = 0 for F_n of the sign σ, with A_s = W_nn − μ s W_nt: a contact that
+    can open has the same F_n in slip along sσ.
 
     References
     ----------
@@ -28,20 +29,6 @@ class BilateralForms:
     """
 
     coefficients: ContactCoefficients
-
-    @cached_property
-    def A(self) -> dict[int, sp.Expr]:
-        """A_s by s, worked out once; 1/kg."""
-        return {s: self.coefficients.A(s) for s in (1, -1)}
-
-    @cached_property
-    def slip_rate_coefficient(self) -> dict[int, sp.Expr]:
-        """C_s by s, so that v̇_t = C_{sσ} F_n + b_t in slip; 1/kg."""
-        return {s: self.coefficients.slip_rate_coefficient(s) for s in (1, -1)}
-
-    def slip_force(self, slip: int, side: int) -> sp.Expr:
-        """Return F_n = −B/A_{sσ}: a solution of slip along s where its sign is σ; N."""
-        return -self.coefficients.B / self.A[slip * side]
 
     @cached_property
     def excess(self) -> sp.Expr:
