@@ -280,7 +280,20 @@ def _least_thresholds(W: Array) -> dict[str, float]:
 
     In the plane μ_P has a closed form.
     """
-    least = {"mu_P": friction_threshold(W)} if len(W) > 2 else {}
-    least["least_over_normals"] = least_over_normals(W)
+    if len(W) > 2:
+        least = {"mu_P": friction_threshold(W), "least_over_normals": least_over_normals(W)}
+    else:
+        least = {"least_over_normals": least_over_normals(_most_uneven(W) if W.size else W)}
     values = {name: float(v.min(initial=np.inf)) for name, v in least.items()}
     return {name: v if v > LEAST else 0.0 for name, v in values.items() if np.isfinite(v)}
+
+
+def _most_uneven(W: Array) -> Array:
+    """Return the planar mobility with the least ratio of eigenvalues, shape (2, 2, 1).
+
+    det W/(tr W)² increases with that ratio, and takes no search for eigenvalues at each point.
+    """
+    trace = W[0, 0] + W[1, 1]
+    with np.errstate(all="ignore"):
+        even = W[0, 0] / trace * (W[1, 1] / trace) - (W[0, 1] / trace) ** 2
+    return W[..., [np.argmin(np.where(trace > 0, even, np.inf))]]
