@@ -159,6 +159,13 @@ def test_depths_of_rounding_are_printed_as_zero(capsys):
         ),
         (("--law", "rigid", "--t-end", "10"), ": the rod lies flat at theta = pi"),
         (
+            (
+                *("--state", "y_A=0.1,theta=1", "--law", "rigid"),
+                *("--t-end", "1", "--until", "touchdown,impact"),
+            ),
+            "ended at t = 0.142857143 s by impact",
+        ),
+        (
             ("--law", "rigid", "--t-end", "1", "--max-events", "7"),
             "s: event_limit (max_events was used up",
         ),

@@ -162,6 +162,10 @@ def test_curves_of_a_motion_are_its_values_in_the_units_of_the_axes(one, one_fig
         x, y = axes[label].lines[0].get_data()
         np.testing.assert_allclose(y, factor * one.values(name, np.asarray(x) / 1e3), rtol=1e-9)
     assert one_figure.axes[0].get_xlabel() == "time (ms)"
+    times, forces = one_figure.axes[0].lines[0].get_data()
+    own = one.values("normal_force", np.clip(np.asarray(times) / 1e3, 0, one.final_time))
+    np.testing.assert_allclose(forces, own, rtol=1e-6, atol=1e-3 * np.abs(own).max())
+    assert times[-1] == pytest.approx(1e3 * one.final_time)
 
 
 def test_marks_stand_at_the_time_and_force_of_their_events(one, one_figure):
