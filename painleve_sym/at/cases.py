@@ -65,7 +65,7 @@ def classify(
     contact_velocity : sequence of float, optional
         Of the only contact, along n and t, in space n, t1, t2, m/s: the velocities of the state are
         changed for it, with the least kinetic energy of the change; see
-        `contacts.inputs.moving_place`.
+        `at.inputs.moving_place`.
 
     Raises
     ------

@@ -218,6 +218,11 @@ def explore_motion(run: Trajectory) -> ExplorerWidget:
             "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."
         )
     simulator, start = record.simulator, record.start
+    if start.time:
+        raise InputError(
+            f"explorer: the motion continues another one from t = {start.time:g} s on, and a page "
+            "begins with a state at t = 0. Fix: explore the first motion."
+        )
     mechanism, used = simulator.mechanism, start.place.parameters
     return explore(
         mechanism,

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import mode_name
 from painleve_sym.errors import InputError, StopReason, received
+from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
@@ -24,6 +26,8 @@ CONTINUES = (
 )
 """Reasons of an end from which a motion continues."""
 _OF_A_START = ("close", "initial_force", "material")
+_SMALL = 1e-9
+"""Part of the scale of a contact below which a change at a cut is rounding."""
 
 
 def check_origin(where: str, origin: object, given: Mapping[str, Any], t_end: float) -> Trajectory:
@@ -73,7 +77,8 @@ def has_states_of(simulator: Simulator, origin: Trajectory) -> bool:
     """Whether mode and memory at the end of a motion mean the same to the simulator."""
     outline, names = simulator.outline, origin.names
     return (
-        outline.state_names == names.states
+        simulator.mechanism.name == names.mechanism
+        and outline.state_names == names.states
         and outline.memory_names == names.memory
         and simulator.label == names.law
         and simulator.choices == names.choices
@@ -94,9 +99,40 @@ def carried(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
     modes = range(len(outline.modes))
     mode = next(i for i in modes if mode_name(outline, i, memory) == name)
     return start._replace(
-        state=origin.final_state,
+        state=_moved_with_contacts(simulator, start, origin),
         scale=scale,
         time=origin.final_time,
         mode=mode,
         memory=origin.final_memory,
     )
+
+
+def _moved_with_contacts(simulator: Simulator, start: Start, origin: Trajectory) -> Array:
+    """Return the states at the end of a motion, with what the change at the cut moves.
+
+    Gaps and slip velocities are states of their own. Other parameters, or another mechanism of the
+    same name, change them at the same coordinates: of a contact that stays open, or slides to the
+    same side, its mode remains; InputError for any other.
+    """
+    record = origin.record
+    of_origin: Any = record.simulator if isinstance(record, RunRecord) else simulator
+    place = of_origin.at(first_state(of_origin, origin), origin.parameters)
+    shift = start.state - of_origin.prepared(place)[0].state
+    state, names = origin.final_state.copy(), simulator.outline.state_names
+    contacts = simulator.mechanism.outline.contacts
+    for contact, row in zip(contacts, simulator.contact.rows, strict=True):
+        places = [names.index(str(symbol)) for symbol in (row.gap, row.gap_rate, row.slip)]
+        least = _SMALL * start.scale[places]
+        own = np.where(np.abs(shift[places]) > least, shift[places], 0.0)
+        before, after = state[places], state[places] + own
+        is_open = min(before[0], after[0]) > least[0]
+        slides = not own[:2].any() and before[2] * after[2] > 0
+        if own.any() and not (is_open or slides):
+            raise InputError(
+                f"{simulator.where}: start: what changes at t = {origin.final_time:g} s moves "
+                f"contact {contact.name!r} while it is closed: gap by {own[0]:.3g} m, gap rate by "
+                f"{own[1]:.3g} m/s, slip by {own[2]:.3g} m/s. Fix: change what leaves its surface "
+                "in place, or begin a new motion with the final coordinates and velocities."
+            )
+        state[places] = after
+    return state

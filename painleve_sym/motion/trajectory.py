@@ -637,7 +637,7 @@ class Trajectory(Shown, Compared):
 
         Its attributes are what computes the motion again, also from a NetCDF file: ``mechanism``,
         ``law`` and ``version`` as texts; ``law_choices``, ``parameters``, ``state`` and ``options``
-        (keywords of `simulate`) as JSON.
+        (keywords of `simulate`) as JSON, and ``continues`` of a motion that continues another one.
 
         Parameters
         ----------
@@ -669,6 +669,8 @@ class Trajectory(Shown, Compared):
         options = {"rtol": self.rtol, "engine": self.engine, **given["options"]}
         attributes = labels(self.mechanism, given, self.choices, self.parameters, options)
         attributes |= {"stop_reason": self.stop_reason.label, "sources": self.source}
+        if "continues" in given:
+            attributes["continues"] = json.dumps(given["continues"])
         dataset: xarray.Dataset = library.Dataset(variables, {"time": time}, attributes)
         return dataset
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import (
     KanesMethod,
     LagrangesMethod,
@@ -180,6 +181,33 @@ def test_a_pair_of_matrices_is_a_mechanism():
     # A pendulum of ω = 2 rad/s.
     assert run.final["x"] == pytest.approx(0.1 * float(sp.cos(2)), rel=1e-9)
     assert block.units["x_dot"] == "m/s" and run.energy_closes
+
+
+def test_a_pivot_that_moves_as_prescribed_is_that_of_scipy():
+    theta, (m, l, g, b, omega, mu) = dynamicsymbols("theta"), sp.symbols("m l g b omega mu")
+    N, O = ReferenceFrame("N"), Point("O")
+    O.set_vel(N, 0)
+    pivot = O.locatenew("P", b * sp.sin(omega * T) * N.x + 2 * l * N.y)
+    end = pivot.locatenew("Q", l * sp.sin(theta) * N.x - l * sp.cos(theta) * N.y)
+    end.set_vel(N, end.pos_from(O).dt(N))
+    mass = Particle("q", end, m)
+    mass.potential_energy = m * g * end.pos_from(O).dot(N.y)
+    pendulum = ps.Mechanism.from_sympy(
+        LagrangesMethod(Lagrangian(N, mass), [theta]),
+        {"A": {"point": end, "friction": mu}},
+        {m: 1.5, l: 0.7, g: 9.81, b: 0.1, omega: 3.0, mu: 0.3},
+        frame=N,
+        origin=O,
+    )
+    run = ps.simulate(pendulum, "rigid", {"theta": 0.4}, t_end=0.8)
+
+    def rates(t, y):
+        return [y[1], (0.9 * np.sin(3 * t) * np.cos(y[0]) - 9.81 * np.sin(y[0])) / 0.7]
+
+    (angle, rate) = solve_ivp(rates, (0, 0.8), [0.4, 0], rtol=1e-12, atol=1e-12).y[:, -1]
+    assert run.final["theta"] == pytest.approx(angle, rel=1e-9)
+    assert run.final["theta_dot"] == pytest.approx(rate, rel=1e-8)
+    assert run.energy_closes
 
 
 def test_a_contact_in_space_has_two_tangents():

@@ -113,6 +113,49 @@ def test_parameters_may_change_between_pieces():
     assert lost == pytest.approx(0.1 * g * (0.5 * np.cos(beta) + np.sin(beta)), rel=1e-9)
 
 
+def test_a_belt_that_runs_faster_from_a_cut_on_moves_the_slip():
+    """The slip is a state of its own; a new motion from the same place is the oracle."""
+    belt = ps.model(str(EXAMPLES / "belt-oscillator.toml"))
+    first = ps.simulate(belt, "rigid", t_end=0.5)
+    rest = first.continued(0.6, parameters={"u": 0.4})
+    start = {name: first.final[name] for name in belt.state_names}
+    again = ps.simulate(belt, "rigid", start, parameters={"u": 0.4}, t_end=0.1)
+    for name in (*belt.state_names, "slip_velocity"):
+        assert rest.final[name] == pytest.approx(again.final[name], rel=1e-9, abs=1e-12)
+    lost = rest.final["friction_dissipation"] - first.final["friction_dissipation"]
+    assert lost == pytest.approx(again.final["friction_dissipation"], rel=1e-9)
+    assert rest.final["slip_velocity"] == pytest.approx(rest.final["x_dot"] - 0.4)
+
+
+def test_a_parameter_moves_the_gap_of_an_open_contact():
+    high = {"y_A": 0.05, "theta": 0.1, "theta_dot": 1.0}
+    first = ps.simulate("block-two-feet", "rigid", high, t_end=0.02)
+    final = first.continued(0.03, parameters={"a": 0.12}).final
+    gap = final["y_A"] + 2 * 0.12 * np.sin(final["theta"])
+    assert final["gap_B"] == pytest.approx(gap, rel=1e-12)
+
+
+def test_what_moves_a_closed_contact_at_a_cut_is_one_sentence():
+    belt = ps.model(str(EXAMPLES / "belt-oscillator.toml"))
+    first = ps.simulate(belt, "rigid", {"x_dot": 0.2}, t_end=0.01)  # it sticks to the belt
+    with pytest.raises(
+        ps.InputError, match=r"moves contact 'belt' while it is closed.*slip by -0\.2"
+    ):
+        first.continued(0.02, parameters={"u": 0.4})
+    slides = ps.simulate(belt, "rigid", t_end=0.5)
+    with pytest.raises(ps.InputError, match="while it is closed"):  # to the other side
+        slides.continued(0.6, parameters={"u": -1.0})
+    # What moves no contact changes nothing in its states.
+    assert first.continued(0.02, parameters={"k_s": 20.0}).final["slip_velocity"] == 0
+
+
+def test_an_explorer_of_a_continued_motion_is_one_sentence():
+    rest = ps.simulate("rod", "bilinear-hertz", SLIDING, t_end=1e-3).continued(2e-3)
+    with pytest.raises(ps.InputError, match=r"continues another one .* Fix: explore the first"):
+        rest.explore()
+    assert "continues" in rest.to_xarray().attrs
+
+
 def test_another_law_begins_with_a_mode_of_its_own():
     rigid = ps.simulate("rod", "rigid", FALLING, t_end=0.1)
     soft = ps.simulate("rod", "hertz", start=rigid, t_end=0.2)
