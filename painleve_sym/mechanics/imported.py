@@ -51,6 +51,8 @@ def mechanism_from_sympy(
     known = _parameters(parameters, units or {}, where)
     table = _Table(given.q, declared, known, where)
     M, h = table.matrix("M", given.M), table.matrix("h", given.h)
+    if not vanish_everywhere(M - M.T):
+        raise InputError(f"{where}: M is not symmetric, need ∂²T/∂q̇² of a kinetic energy.")
     velocities = sp.Matrix([c.velocity.symbol for c in declared])
     if given.lagrangian is not None and potential_energy is None:
         L = table.formula("the Lagrangian", given.lagrangian)

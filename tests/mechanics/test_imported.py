@@ -262,6 +262,13 @@ def test_faulty_equations_are_one_sentence(change, message):
         ps.Mechanism.from_sympy(**whole | change)
 
 
+def test_a_pair_needs_a_symmetric_mass_matrix():
+    x, y = dynamicsymbols("x y")
+    pair = sp.Matrix([[2, sp.cos(x)], [0, 2]]), sp.zeros(2, 1)
+    with pytest.raises(ps.InputError, match="M is not symmetric"):
+        ps.Mechanism.from_sympy(pair, {}, {}, coordinates=[x, y])
+
+
 def test_a_pair_needs_its_coordinates_and_their_number():
     x, y = dynamicsymbols("x y")
     pair = sp.eye(2), sp.zeros(3, 1)
