@@ -111,7 +111,8 @@ studies: $(VENV)/.installed numerics ## compute the numbers that the pages show 
 figures: $(VENV)/.installed ## draw every figure of the pages and of the gallery again
 	$(BIN)/python tools/figures.py
 
-bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
+bench: $(VENV)/.installed-bench ## compare costs with the last release, or AGAINST=REVISION, then run the benchmarks against the other integrators
+	$(BIN)/python -m tests.benchmarks.against $(if $(AGAINST),--against $(AGAINST)) --out out/against.json
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"
 	$(BIN)/python -m tests.benchmarks --out out/bench.json
 
