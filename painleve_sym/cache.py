@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.errors import PainleveError, PainleveWarning
-from painleve_sym.version import __version__
+from painleve_sym.version import RELEASE
 
 _BY_OTHERS, _WRITTEN_BY_OTHERS = 0o077, 0o022
 PREFIX = "painleve-"
@@ -183,7 +183,7 @@ def _versions() -> str:
     """
     modules = _content_mark(sorted(_listed(os.path.dirname(__file__))))
     marks = (_package_mark("sympy", "release.py"), _package_mark("casadi", "_casadi.so"), modules)
-    return "\n".join((__version__, *marks))
+    return "\n".join((RELEASE, *marks))
 
 
 @functools.lru_cache(maxsize=16)

@@ -54,7 +54,7 @@ def test_each_input_of_an_entry_changes_its_name(marks, monkeypatch):
             before, given[key] = given[key], "changed"
             names.append(named(*ENTRY))
             given[key] = before
-    monkeypatch.setattr(caching, "__version__", "99.9")
+    monkeypatch.setattr(caching, "RELEASE", "99.9")
     names.append(named(*ENTRY))
     monkeypatch.undo()
     assert len(names) == 14 and len(set(names)) == len(names)
