@@ -20,7 +20,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references paper studies figures bench numerics docs docs-check setup-browser explorer-modules clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references paper studies figures bench numerics dist docs docs-check setup-browser explorer-modules clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -61,7 +61,7 @@ setup-browser: $(VENV)/.installed ## install what tests of pages need: Chromium 
 	has node || missing="$$missing nodejs"; has npm || missing="$$missing npm"; \
 	[ -z "$$missing" ] || { $$sudo apt-get -qq update && $$sudo apt-get -qq install -y --no-install-recommends $$missing; } \
 		< /dev/null > $(VENV)/apt.log 2>&1 || echo "make: not installed: $$missing (see $(VENV)/apt.log). Fix: sudo apt install $$missing"
-	@$(PIP) install -c constraints.txt -e '.[browser,notebook,web]'
+	@$(PIP) install -c constraints.txt -e . --group browser
 	@if command -v npm > /dev/null; then npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(NODE_PACKAGES); fi
 
 explorer-modules: $(VENV)/.installed ## compile the explorer's module of the rod again where it is old
@@ -120,6 +120,12 @@ docs: $(VENV)/.installed-docs ## build the documentation site into out/site; nee
 	rm -rf out/site docs/gallery docs/reference/api docs/reference/json
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -b html docs out/site
 
+dist: $(VENV)/.installed ## build the source archive and the wheel into dist, and check them
+	rm -rf dist build
+	@$(PIP) install --group dist
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/python -m twine check --strict dist/*
+
 docs-check: docs ## open every page of the site in Chromium
 	$(BIN)/python tools/check_site.py out/site
 
@@ -144,15 +150,16 @@ $(VENV)/.created:
 
 $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 	@echo "Installing the package and its test tools into $(VENV) ..."
-	@$(PIP) install -c constraints.txt -e '.[test,lint]'
+	@$(PIP) install --upgrade 'pip>=25.1'
+	@$(PIP) install -c constraints.txt -e . --group test --group lint
 	@touch $@
 
 $(VENV)/.installed-bench: $(VENV)/.installed
 	@echo "Installing the integrators to compare with ..."
-	@$(PIP) install -c constraints.txt -e '.[bench]'
+	@$(PIP) install -c constraints.txt -e . --group bench
 	@touch $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed
 	@echo "Installing what builds the documentation site ..."
-	@$(PIP) install -c constraints.txt -e '.[docs]'
+	@$(PIP) install -c constraints.txt -e . --group docs
 	@touch $@

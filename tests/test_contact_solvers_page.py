@@ -120,7 +120,7 @@ def test_versions_are_those_of_the_requirements():
 @pytest.mark.parametrize(("theta", "mu"), [(0.5, 1.4), (1.0, 1.4), (1.1, 0.5), (0.9, 2.0)])
 def test_mujoco_takes_the_step_of_the_closed_form(theta, mu, monkeypatch):
     mujoco = pytest.importorskip(
-        "mujoco", reason="MuJoCo is not installed. Fix: pip install 'painleve-sym[peers]'"
+        "mujoco", reason="MuJoCo is not installed. Fix: pip install --group peers"
     )
     monkeypatch.syspath_prepend(str(FOLDER))
     rod, script = importlib.import_module("rod"), importlib.import_module("mujoco_rod")

@@ -30,9 +30,10 @@ EXAMPLES = [p for p in sorted((ROOT / "examples").glob("*/*.py")) if p.parent !=
 
 
 def releases():
-    """Return the releases of the changelog, the last one first."""
+    """Return the releases of the changelog, the last one first, older ones by the pages of each."""
     changelog = (ROOT / "CHANGELOG.md").read_text("utf-8")
-    return re.findall(r"^## \[(\d[^]]+)\]", changelog, re.M)
+    recent = re.findall(r"^## \[(\d[^]]+)\]", changelog, re.M)
+    return recent + re.findall(r"^\| \[(.*?)\]\(docs/changes/\1\.md\)", changelog, re.M)
 
 
 def run(arguments):
@@ -41,7 +42,8 @@ def run(arguments):
 
 
 README = (ROOT / "README.md").read_text("utf-8")
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+PROJECT, GROUPS = PYPROJECT["project"], PYPROJECT["dependency-groups"]
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs").glob("*/*.md")]
 PAGES = [page for page in PAGES if page.parent.name not in ("_generated", "gallery")]
 # Blocks whose lines a reader types into a terminal, and what follows a command there.
@@ -102,7 +104,7 @@ def test_readme_begins_with_what_it_is_a_film_and_how_to_run_it():
 def test_no_page_installs_the_package_by_name_or_from_an_address():
     for page in PAGES:
         text = page.read_text("utf-8")
-        if page.name not in ("CHANGELOG.md", "changelog.md"):
+        if page.name not in ("CHANGELOG.md", "changelog.md") and page.parent.name != "changes":
             assert not re.search(r"pip install (-\S+ )*'?painleve-sym", text), page
             assert "github.com/painleve-sym" not in text, page
     assert "urls" not in PROJECT
@@ -148,9 +150,10 @@ def test_targets_of_make_that_pages_name_exist():
 def test_extras_of_the_page_installation_are_those_of_the_project():
     page = (ROOT / "docs" / "install.md").read_text("utf-8")
     table = re.findall(r"^\| `(\w+)` \| ([^|]+) \|", page.split("## Extras")[1], re.M)
-    developers = re.findall(r"`(\w+)`", re.search(r"The others \((.*?)\)", page)[1])
     extras = PROJECT["optional-dependencies"]
-    assert {*dict(table), *developers} == set(extras)
+    assert set(dict(table)) == set(extras)
+    groups = re.search(r"dependency groups \((.*?)\)", page, re.S)[1]
+    assert re.findall(r"`(\w+)`", groups) == list(GROUPS)
     for name, brought in table:
         packages = {re.match(r"[\w-]+", needed)[0].lower() for needed in extras[name]}
         assert {word.lower() for word in brought.split(", ")} == packages
@@ -182,6 +185,8 @@ def test_citation_has_the_last_release():
 
 def test_changelog_begins_with_the_present_version():
     assert releases() == sorted(releases(), reverse=True)
+    pages = {page.stem for page in (ROOT / "docs" / "changes").glob("*.md")}
+    assert pages == set(releases()[1:])
     changelog = (ROOT / "CHANGELOG.md").read_text("utf-8")
     if ".dev" in RELEASE:  # on the way to a release that has no section yet
         assert "\n## [Unreleased]" in changelog and releases()[0] < RELEASE

@@ -394,7 +394,7 @@ def test_closed_forms_are_equations_in_a_notebook():
 
 
 def test_events_are_a_table():
-    pytest.importorskip("pandas", reason="needs the extra sweep (pandas)")
+    pytest.importorskip("pandas", reason="needs the extra cluster (pandas)")
     run = ps.simulate("rod", "bilinear-hertz", {"theta": 1.0, "x_A_dot": -1.0}, t_end=5e-3)
     frame = run.events_to_dataframe()
     assert len(frame) == len(run.events) > 2

@@ -34,7 +34,7 @@ def study():
 def folder(study):
     place = study.data_folder()
     if place is None:
-        pytest.skip("needs the robots of the extra robots: pip install 'painleve-sym[robots]'")
+        pytest.skip("needs the robots of a group: pip install --group robots")
     return place
 
 
@@ -115,7 +115,7 @@ def test_go2_with_rotors_and_locked(study, folder):
     ["ANYmal C", "Go2", "HyQ", "Talos", "UR5", "Solo 12"],
 )
 def test_mobility_is_that_of_pinocchio(study, folder, title):
-    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the group robots (pin)")
     case = case_of(study, title)
     contact = study.contact_of(case, folder)
     joint = [pin.JointModelFreeFlyer()] if case.floating else []
@@ -165,7 +165,7 @@ def test_table_of_the_page_is_that_of_the_script(study, folder):
 
 
 def test_thresholds_at_the_lowest_point_of_a_ball_are_those_of_pinocchio(study, folder):
-    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the group robots (pin)")
     case = case_of(study, "A1")
     (center, radius), contact = study.ball_of(case, folder), study.contact_of(case, folder, True)
     model = pin.buildModelFromUrdf(str(folder / case.file), pin.JointModelFreeFlyer())
@@ -270,7 +270,7 @@ def independent_mobility(pin, path, contact):
 
 
 def test_every_robot_of_the_data_has_the_mobility_of_pinocchio_or_a_sentence(folder):
-    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the group robots (pin)")
     compared = refused = 0
     for path in sorted(folder.rglob("*.urdf")):
         try:

@@ -69,7 +69,7 @@ def mobility(M, J):
 @pytest.mark.parametrize("base", ["floating", "fixed"])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_mass_jacobian_bias_and_drift_are_those_of_pinocchio(name, base):
-    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the group robots (pin)")
     path = str(path_of(name))
     joint = [pin.JointModelFreeFlyer()] if base == "floating" else []
     model = pin.buildModelFromUrdf(path, *joint)

@@ -220,7 +220,7 @@ def test_solutions_at_a_state_are_those_of_W_and_b():
 
 
 def test_example_logs_a_motion_of_mujoco(tmp_path):
-    pytest.importorskip("mujoco", reason="needs the extra robots (mujoco)")
+    pytest.importorskip("mujoco", reason="needs the group robots (mujoco)")
     script, out = ROBOTS.parent / "studies" / "peers" / "log_motion.py", tmp_path / "motion.csv"
     subprocess.run([sys.executable, str(script), str(ARM), str(out)], check=True, timeout=120)
     log = np.genfromtxt(out, delimiter=",", skip_header=1)
@@ -228,7 +228,7 @@ def test_example_logs_a_motion_of_mujoco(tmp_path):
 
 
 def test_case_along_the_motion_is_that_of_mujocos_numbers():
-    mujoco = pytest.importorskip("mujoco", reason="needs the extra robots (mujoco)")
+    mujoco = pytest.importorskip("mujoco", reason="needs the group robots (mujoco)")
     model = mujoco.MjModel.from_xml_path(str(ARM))
     data = mujoco.MjData(model)
     finger = ps.robot(ARM).contact("finger")

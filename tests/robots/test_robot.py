@@ -204,7 +204,7 @@ def test_least_of_all_poses_is_below_random_ones_and_within_limits():
 
 
 def test_motion_of_the_whole_robot_agrees_with_pinocchio():
-    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the group robots (pin)")
     model = pin.buildModelFromUrdf(str(DOG), pin.JointModelFreeFlyer())
     data = model.createData()
     robot, random = dog(), np.random.default_rng(8)

@@ -212,7 +212,7 @@ def test_scene_that_is_turned_about_the_normal_has_the_same_impact():
 
 
 def test_plastic_impact_that_sticks_is_that_of_pinocchio():
-    pin = pytest.importorskip("pinocchio", reason="needs the extra robots (pin)")
+    pin = pytest.importorskip("pinocchio", reason="needs the group robots (pin)")
     model = pin.buildModelFromUrdf(str(DOG), pin.JointModelFreeFlyer())
     data = model.createData()
     robot = ps.robot(DOG)

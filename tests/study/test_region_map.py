@@ -593,8 +593,8 @@ def test_a_crossing_just_beyond_the_domain_is_left_out():
 
 
 def test_tables_and_figure_of_a_map_have_its_numbers():
-    pytest.importorskip("pandas", reason="needs the extra sweep (pandas)")
-    pytest.importorskip("xarray", reason="needs the extra sweep (xarray)")
+    pytest.importorskip("pandas", reason="needs the extra cluster (pandas)")
+    pytest.importorskip("xarray", reason="needs the extra cluster (xarray)")
     regions = ps.region_map("rod", ("theta", "mu"), points=12)
     frame, data = regions.to_dataframe(), regions.to_xarray()
     assert frame.shape == (144, 8) and data["A"].dims == ("theta", "mu")

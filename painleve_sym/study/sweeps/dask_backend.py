@@ -42,7 +42,7 @@ def check_cluster(address: str) -> Any:
         comm: Any = importlib.import_module("distributed.comm")
     except ImportError as error:
         raise InputError(
-            "--cluster: it needs dask.distributed. Fix: pip install 'painleve-sym[sweep]'."
+            "--cluster: it needs dask.distributed. Fix: pip install 'painleve-sym[cluster]'."
         ) from error
     try:
         scheme, _ = comm.parse_address(address)

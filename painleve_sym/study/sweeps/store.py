@@ -54,7 +54,7 @@ def check_format(out: Path) -> None:
     except ImportError as error:
         raise InputError(
             f"--out {out}: {name} needs xarray and {package}. "
-            "Fix: pip install 'painleve-sym[sweep]', or name a file that ends in .npz."
+            "Fix: pip install 'painleve-sym[cluster]', or name a file that ends in .npz."
         ) from error
 
 
