@@ -28,7 +28,8 @@ def table_library(name: str, noun: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        raise InputError(f"{noun} needs {name}. Fix: pip install 'painleve-sym[cluster]'.") from error
+        fix = "Fix: pip install 'painleve-sym[cluster]'."
+        raise InputError(f"{noun} needs {name}. {fix}") from error
 
 
 def save_npz(
