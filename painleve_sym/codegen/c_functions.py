@@ -37,7 +37,13 @@ _WHOLE = re.compile(
 _SIGNATURE = re.compile(r"^(PS_SHARED [^{;]*?) \{", re.M)
 _PLAIN_HEAD = re.compile(r"^#if PS_HAS\((\d+)\)\n", re.M)
 _FOR_LANES = re.compile(r"^#if PS_LANES > 1\nPS_SHARED .*?^\}\n#endif\n", re.M | re.S)
-_EMPTY_PART = re.compile(r"^#if PS_HAS\(\d+\)\n\s*#endif\n", re.M)
+_EMPTY_PART = re.compile(r"^#if PS_HAS\(\d+\)(?: /\*[^\n]*\*/)?\n\s*#endif\n", re.M)
+_LONG = re.compile(
+    r"^static int (?P<name>casadi_f\d+)\([^\n]*\{\n(?:  casadi_real [^\n]*;\n)+"
+    r"(?P<body>(?:  [^\n]*=[^\n]*;\n)+)  return 0;\n\}\n",
+    re.M,
+)
+_VARIABLE = re.compile(r"\ba\d+\b")
 _END = "#ifdef __cplusplus\n}"
 
 _PARTS = """\
@@ -57,6 +63,12 @@ _PART_LENGTH = 25_000
 _DENSE_LENGTH = 20_000
 """Characters of other functions that take it as long: their loops are what it works on."""
 
+
+_PIECE = 250
+"""Statements of CasADi's functions in one function of C: the time of compilers grows faster than
+the length of a function, and that of twice as many is cut."""
+
+_PIECE_ARGUMENTS = "const casadi_real **arg, casadi_real **res, casadi_real *w"
 
 _STRAIGHT = "-Og"
 """How far CasADi's functions are optimized: -O3 takes the compiler twice as long, and makes no run
@@ -89,6 +101,7 @@ def c_file(
     text, end, rest = text.rpartition(_END)
     head, *blocks = _BLOCK.split(text)
     blocks, declared = _without_copies(blocks)
+    blocks = [_LONG.sub(_in_pieces, block) for block in blocks]
     arguments = "(const casadi_real **, casadi_real **, casadi_int *, casadi_real *, int);"
     declared += [f"PS_SHARED int {f.name()}{arguments}" for f in functions]
     declared += [f"{head};" for text in chain(*more) for head in _SIGNATURE.findall(text)]
@@ -142,7 +155,47 @@ def _shared_out(blocks: Sequence[str], length: int) -> list[str]:
     for block in blocks:
         texts[min(count - 1, before * count // whole)] += block
         before += len(block)
-    return texts
+    return [text for text in texts if text]
+
+
+def _in_pieces(function: re.Match[str]) -> str:
+    """Return a long function as a chain of short ones.
+
+    What one leaves for others lies in the work array, which has a place for each variable.
+    """
+    lines = function["body"].splitlines()
+    if len(lines) < 2 * _PIECE:
+        return function[0]
+    name, needed = function["name"], set[str]()
+    texts: list[str] = []
+    for first in reversed(range(0, len(lines), _PIECE)):
+        own = lines[first : first + _PIECE]
+        inputs, written = _read_and_written(own)
+        starts = (f"{a} = {_place(a)}" if a in inputs else a for a in sorted(inputs | written))
+        declared = ", ".join(starts)
+        kept = [f"  {_place(a)} = {a};" for a in sorted(written & needed)]
+        needed = needed - written | inputs
+        head = f"static __attribute__((noinline)) void {name}_{first}({_PIECE_ARGUMENTS}) {{"
+        unused = "  (void)arg; (void)res; (void)w;"
+        texts.append("\n".join((head, f"  casadi_real {declared};", *own, *kept, unused, "}\n")))
+    calls = [f"  {name}_{first}(arg, res, w);" for first in range(0, len(lines), _PIECE)]
+    head = function[0].partition("\n")[0]
+    return "\n".join((*reversed(texts), head, *calls, "  return 0;\n}\n"))
+
+
+def _place(variable: str) -> str:
+    """Return the place of a variable in the work array."""
+    return f"w[{int(variable[1:])}]"
+
+
+def _read_and_written(lines: Sequence[str]) -> tuple[set[str], set[str]]:
+    """Return the variables that statements read before they set them, and those that they set."""
+    inputs, written = set[str](), set[str]()
+    for line in lines:
+        target, _, value = line.partition("=")
+        inputs |= {*_VARIABLE.findall(value)} - written
+        written |= {*_VARIABLE.findall(target)}
+    return inputs, written
 
 
 def _generated(functions: Iterable[ca.Function]) -> str:
