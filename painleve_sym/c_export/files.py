@@ -15,7 +15,7 @@ from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
 from painleve_sym.engines.compiled import CompiledEngine, EngineCode
-from painleve_sym.engines.protocol import DEFAULT_RTOL, ENGINE_REASONS, RunOptions
+from painleve_sym.engines.protocol import BEFORE, DEFAULT_RTOL, ENGINE_REASONS, RunOptions
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.escape import c_comment, c_name, c_string, markdown_text, one_line
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
@@ -402,7 +402,9 @@ def _main(case: ExampleCode) -> str:
         for n, value in zip(case.states, case.motion.tolist(), strict=False)
     ]
     options = [f"  options.{name} = {value};" for name, value in case.limits.items()]
-    options += [f"  options.until[{case.name}_event_{c_name(k)}] = 1;" for k in case.until]
+    for kind in dict.fromkeys(k.removeprefix(BEFORE) for k in case.until):
+        ends = (kind in case.until) + 2 * (BEFORE + kind in case.until)
+        options.append(f"  options.until[{case.name}_event_{c_name(kind)}] = {ends};")
     force = case.initial_force
     return filled(
         "main.c",

@@ -329,6 +329,8 @@ def ending(trajectory: Trajectory) -> str:
     if reason is StopReason.T_END:
         return f"reached the end time {time}"
     if reason is StopReason.UNTIL:
+        if text.startswith("before "):
+            return f"ended at {time} {text}"
         asked = trajectory.inputs["options"]["until"] if trajectory.inputs else ()
         kinds = [e.kind for e in trajectory.events if e.kind in asked or not asked]
         return f"ended at {time} by {kinds[-1] if kinds else reason.label}"

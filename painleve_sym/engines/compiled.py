@@ -23,6 +23,7 @@ from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows, Ends, 
 from painleve_sym.engines.listening import listening
 from painleve_sym.engines.protocol import (
     ADMITS,
+    BEFORE,
     DENSE_ROWS,
     ENGINE_REASONS,
     Listener,
@@ -273,7 +274,8 @@ class CompiledEngine:
     def _options_in_c(self, shared: tuple[Any, ...]) -> Any:
         """Return the C structure of the options in `_shared`; each run has its own tolerances."""
         o = dict(zip(_SHARED, shared, strict=True))
-        until = [kind in o["until"] for kind in self.outline.kinds] or [False]
+        named = o["until"]
+        until = [(k in named) + 2 * (BEFORE + k in named) for k in self.outline.kinds] or [0]
         same = ("rtol", "t_end", "max_steps", "max_events", "start_events", "start_mode")
         return self._options(
             **{name: o[name] for name in same},

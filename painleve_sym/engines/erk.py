@@ -18,6 +18,7 @@ from painleve_sym.codegen.tape import TapeOutputs, tapes_of_functions
 from painleve_sym.engines.batch import COUNTERS
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
 from painleve_sym.engines.protocol import (
+    BEFORE,
     CLOSED,
     DENSE_ROWS,
     REMAINDER,
@@ -219,6 +220,9 @@ class _Run:
         Returns the guards of the new mode that are known to leave zero.
         """
         transition, before = self.modes[self.mode].transitions[j], self.mode
+        if visible and self.ends_before(transition.kind):
+            self.reason, self.stop_transition = StopReason.UNTIL, j
+            return ()
         at = (self.x, self.z, self.c, np.array([float(timed)]))
         x, z, conditions = self.runner.events[j](*at)
         departs: tuple[int, ...] = ()
@@ -235,6 +239,11 @@ class _Run:
             self.limit = before, j, self.t
         self.x, self.z = x, z
         return departs
+
+    def ends_before(self, kind: EventKind) -> bool:
+        """Whether the run ends before an event of this kind, not that which it begins with."""
+        begins = self.options.start_mode >= 0 and not self.t_base + self.t > 0
+        return BEFORE + kind in self.options.until and not begins
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
         """Count and record an event; x and z are state and memory after it."""

@@ -11,7 +11,7 @@ from painleve_sym.automata.signature import Outline
 from painleve_sym.checks import LARGEST, number, whole_number
 from painleve_sym.choices import Record, RecordLike, chosen
 from painleve_sym.engines.records import EventRecords, StepRecords
-from painleve_sym.errors import StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.units import in_si
 
 ENGINE_REASONS = (
@@ -43,6 +43,11 @@ MAX_LIMIT = 2**31 - 1
 _UNITS = dict.fromkeys(("t_end", "first_step", "max_step"), "s")
 """Of the settings that have one."""
 
+BEFORE = "before_"
+"""Prefix of a kind in `RunSettings.until`: the run ends before an event of that kind happens."""
+ENDLESS = (EventKind.SETTLE,)
+"""Kinds of limits, before which no single event is the next: a run cannot end before them."""
+
 ADMITS = 3
 """Answers of `Prepared.admits` to a start."""
 
@@ -55,8 +60,8 @@ class RunSettings:
     """Settings of a run that its caller chooses; see `painleve_sym.simulate`.
 
     `t_end` and steps in s; `rtol` in [1e-15, 1); `atol` is the absolute tolerance of each state, in
-    its unit, and None scales it to the contact; events of the kinds `until` end the run. A
-    `first_step` of 0 lets the engine choose it.
+    its unit, and None scales it to the contact; events of the kinds `until` end the run, before
+    they happen where ``before_`` precedes the kind. A `first_step` of 0 lets the engine choose it.
     """
 
     t_end: float

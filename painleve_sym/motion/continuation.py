@@ -96,8 +96,9 @@ def carried(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
     if start.place.parameters == origin.parameters and origin.record.scales:
         scale = np.array([origin.record.scales[name] for name in outline.state_names])
     name, memory = origin.mode_names[origin.final_mode], origin.final_memory.tolist()
-    modes = range(len(outline.modes))
-    mode = next(i for i in modes if mode_name(outline, i, memory) == name)
+    modes = [i for i in range(len(outline.modes)) if mode_name(outline, i, memory) == name]
+    # Several contacts name their local modes alone: one name for the motion and its instants.
+    mode = origin.record.engine_mode if origin.record.engine_mode in modes else modes[0]
     return start._replace(
         state=_moved_with_contacts(simulator, start, origin),
         scale=scale,

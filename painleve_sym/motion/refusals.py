@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NoReturn
 
 from painleve_sym.at.cases import guide_faults
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import inside
 from painleve_sym.checks import number
-from painleve_sym.engines.protocol import RawRun
-from painleve_sym.errors import InputError, StopReason
+from painleve_sym.engines.protocol import BEFORE, RawRun
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.motion.force_jumps import jump_advice
 from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 from painleve_sym.units import Value
@@ -103,8 +103,12 @@ def _refuse_contact(
         )
 
 
-def end_detail(simulator: MechanismWithLaws, raw: RawRun) -> str:
+def end_detail(simulator: MechanismWithLaws, raw: RawRun, until: Collection[str]) -> str:
     """Return details of the end of a run; see `Trajectory.stop_detail`."""
+    if raw.stop_reason is StopReason.UNTIL and raw.stop_transition >= 0:
+        kind = simulator.outline.modes[raw.mode].transitions[raw.stop_transition].kind
+        # A choice that no forces meet is an impact.
+        return f"before {kind if BEFORE + kind in until else EventKind.IMPACT}"
     if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
         return ""
     outline = simulator.mechanism.outline

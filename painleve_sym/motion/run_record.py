@@ -43,7 +43,11 @@ def plain_options(o: RunOptions) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class StoredRecord(Compared):
-    """Recorded arrays of a motion that have been read; modes are indices into `mode_names`."""
+    """Recorded arrays of a motion that have been read; modes are indices into `mode_names`.
+
+    The `engine_mode` is the index of the last one in the automaton, where one name may stand for
+    several; -1 where it is not known.
+    """
 
     steps: StepRecords
     mode_names: tuple[str, ...]
@@ -57,6 +61,7 @@ class StoredRecord(Compared):
     pressed_starts: tuple[PressedStart, ...] = ()
     residual_at_events: float = math.nan
     scales: Mapping[str, float] = field(default_factory=dict)
+    engine_mode: int = -1
     inputs: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -138,6 +143,11 @@ class RunRecord:
     def final_mode(self) -> int:
         """Index into `mode_names`."""
         return int(self._modes[1][-1])
+
+    @property
+    def engine_mode(self) -> int:
+        """Index of the last mode in the automaton."""
+        return self.raw.mode
 
     @cached_property
     def _modes(self) -> tuple[tuple[str, ...], Any]:

@@ -100,8 +100,10 @@ def simulate(
         s, > 0; or a text with its unit, such as ``1 ms``.
     until : EventKind, its text, or several
         Kinds of events that end the run, after what else happens at that instant: a rigid contact
-        that touches down has its impact, and `final` is the state after it. The state before is
-        that of the event: ``run.events_of("touchdown")[-1].state``.
+        that touches down has its impact, and `final` is the state after it. With ``before_`` in
+        front, as ``before_touchdown``, the run ends before the first event of that kind: time is
+        that of the event, state, mode and memory are those just before, as at a terminal event of
+        SciPy, and `Trajectory.continued` begins with the event.
     parameters, law_parameters : mapping of str to (float or str)
         Of the mechanism, and of the law; absent ones have their defaults. Parameters of laws may
         also be among the former: a name that both have is the mechanism's there, and the law's

@@ -18,7 +18,7 @@ from painleve_sym.codegen.mode_equations import (
     casadi_equations,
     lambdified_equations,
 )
-from painleve_sym.engines.protocol import RawRun, RunOptions, RunSettings
+from painleve_sym.engines.protocol import BEFORE, ENDLESS, RawRun, RunOptions, RunSettings
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, received, refuse_unknown, unknown_name
 from painleve_sym.hooks import upper
@@ -233,6 +233,9 @@ class Simulator(Compared, MechanismWithLaws):
         if start.time or start.mode >= 0:
             left = checked.t_end - start.time
             own = replace(checked, t_end=left, start_mode=start.mode)
+            if start.mode >= 0:
+                # What an earlier piece ended before happens at once.
+                own = replace(own, start_events=True)
             raw = integrated(self, start, own).later(start.time)
             if raw.stop_reason is StopReason.T_END:
                 raw = raw._replace(time=checked.t_end)
@@ -423,7 +426,10 @@ class Simulator(Compared, MechanismWithLaws):
         asked = type(until) is not tuple or until
         kinds = names_of(until, f"{self.where}: until", "slip_stop") if asked else ()
         for kind in kinds:
-            refuse_unknown("event", kind, self.outline.kinds, f"{self.where}: until")
+            known: Sequence[str] = self.outline.kinds
+            if kind.startswith(BEFORE):
+                known = [BEFORE + k for k in known if k not in ENDLESS]
+            refuse_unknown("event", kind, known, f"{self.where}: until")
         own: dict[str, Any] = {
             "t_end": float(settings.t_end),
             "rtol": float(settings.rtol),
@@ -456,7 +462,7 @@ class Simulator(Compared, MechanismWithLaws):
             final_state=raw.state,
             final_memory=raw.memory,
             stop_reason=raw.stop_reason,
-            stop_detail=end_detail(self, raw),
+            stop_detail=end_detail(self, raw, options.until),
             counters=raw.counters,
             evaluator=self._evaluator,
             subject=self.mechanism,

@@ -778,6 +778,7 @@ class Trajectory(Shown, Compared):
             "residual_at_events": to_plain(self.record.residual_at_events),
             "pressed_starts": to_plain(self.record.pressed_starts),
             "scales": dict(self.record.scales),
+            "engine_mode": self.record.engine_mode,
             "inputs": self.inputs,
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
@@ -811,6 +812,7 @@ class Trajectory(Shown, Compared):
             **{n: of_plain(kind, text.get(n, ())) for n, kind in _FOUND.items()},
             constants=arrays["constants"],
             scales=text.get("scales", {}),
+            engine_mode=text.get("engine_mode", -1),
             residual_at_events=_number(text.get("residual_at_events")),
             inputs=dict(text.get("inputs", {})),
         )

@@ -20,7 +20,7 @@ from painleve_sym.at.tangential import TangentialImpact, tangential_impact_at
 from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
-from painleve_sym.engines.protocol import RunSettings
+from painleve_sym.engines.protocol import BEFORE, RunSettings
 from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import LAWS, Law, LawsByContact, all_choices, law
@@ -410,7 +410,7 @@ def _read_until(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
     if not isinstance(kinds, list) or not all(isinstance(k, str) for k in kinds):
         raise _wrong(key, value, 'the kind of an event, or several: ["separation"]')
     for kind in kinds:
-        chosen(EventKind, kind, "event")
+        chosen(EventKind, kind.removeprefix(BEFORE), "event")
     return {key: tuple(kinds)}
 
 

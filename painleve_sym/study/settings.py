@@ -64,7 +64,10 @@ class CaseSettings:
     law_choices: Mapping[str, str] = field(default_factory=dict)
     t_end: float | None = _of("motion", "TIME: end time, s", unit="s", above=0.0)
     until: tuple[str, ...] = _of(
-        "motion", "EVENT,...: end at the first event of these kinds, such as separation", ()
+        "motion",
+        "EVENT,...: end at the first event of these kinds, such as separation; before_touchdown"
+        " ends before it",
+        (),
     )
     initial_force: float | None = _of(
         "motion", "N: start compressed so that the contact carries this force, N", unit="N", lower=0

@@ -60,7 +60,7 @@ typedef struct {
   double max_step;   /* s; 0: no bound */
   long max_steps;    /* >= 1 */
   long max_events;   /* >= 1 */
-  /* 1: the run ends at the first event of that kind. */
+  /* The run ends 1: after the first event of that kind and all else at its instant; 2: before it. */
   unsigned char until[${NAME}_EVENTS];
   int keep_steps; /* 1: keep what ${name}_at needs */
 } ${name}_options;

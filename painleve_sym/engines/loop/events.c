@@ -26,13 +26,19 @@ static void note_event(ps_run *s, const ps_options *o, int from, int j, int kind
   s->last_kind = kind;
   s->last_contact = contact;
   watch_event(s, kind);
-  if (o->until[kind]) s->hit = 1;
+  if (o->until[kind] & PS_AFTER) s->hit = 1;
   if (!o->record) return;
   double head[PS_EVENT_HEAD] = {s->t_base + s->t, (double)from, (double)j,
                                 (double)s->mode,  (double)kind, (double)contact};
   const double *parts[5] = {head, s->x, s->z, xn, zn};
   const int sizes[5] = {PS_EVENT_HEAD, PS_NX, PS_NZ, PS_NX, PS_NZ};
   if (!rows_push(&s->events, parts, sizes, 5)) s->reason = PS_NO_MEMORY;
+}
+
+/* Whether the run ends before an event of this kind. One that continues another run does not where it
+ * begins: the event is what the other one ended before. */
+static int ends_before(const ps_run *s, const ps_options *o, int kind) {
+  return o->until[kind] & PS_BEFORE && (o->start_mode < 0 || s->t_base + s->t > 0);
 }
 
 /* Applies transition j of the current mode, whose guard crossed zero (`timed`) or fired at once;
@@ -45,6 +51,11 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
   double *res[3] = {xn, zn, condition};
   const double *arg[4] = {s->x, s->z, s->c, &timed};
   int choice = 0, from = (int)s->mode;
+  if (visible && tr->stop != PS_DECISION && ends_before(s, o, tr->kind)) {
+    s->reason = PS_UNTIL;
+    s->stop_transition = j;
+    return;
+  }
   tr->event(arg, res, s->iw, s->w, 0);
   ps_bits kept = PS_NPART && !timed && tr->target[0] == from ? *departs & ~((ps_bits)1 << j) : 0;
   *departs = 0;
@@ -55,6 +66,14 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
 #if PS_NPART
     s->repeats = 0;
     if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
+#ifdef PS_IMPACTS
+    if (s->reason == PS_DECISION && ends_before(s, o, PS_IMPACT_KIND)) {
+      s->mode = from; /* it chooses again where the run is continued */
+      s->reason = PS_UNTIL;
+      s->stop_transition = j;
+      return;
+    }
+#endif
     if (tr->chooses) *departs |= PS_LEAVING[s->mode];
 #endif
   } else { /* also where the contacts strike: the loop continues from there */

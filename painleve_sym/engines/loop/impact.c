@@ -323,6 +323,10 @@ static int strike(ps_run *s, const ps_options *o) {
       return 1;
     }
   }
+  if (ends_before(s, o, PS_IMPACT_KIND)) {
+    s->reason = PS_UNTIL;
+    return 0;
+  }
   if (!impact_at(s, o, x, z + PS_IMPULSES)) {
     stop_impact(s, x, PS_JAM);
     return 0;

@@ -52,11 +52,14 @@ typedef struct {
   long used, room, width;
 } ps_rows;
 
+/* Where an event ends a run: after all that happens at its instant, or before it happens. */
+enum { PS_AFTER = 1, PS_BEFORE = 2 };
+
 typedef struct {
   double rtol, h0, h_max, t_end;
   double atol[PS_NX];
   long max_steps, max_events;
-  unsigned char until[PS_NKIND];
+  unsigned char until[PS_NKIND]; /* of each kind: PS_AFTER and PS_BEFORE, or 0 */
   int record; /* 0: end only, 1: events, 2: events and dense steps */
   int start_events;
   int start_mode; /* -1: chosen from the state */

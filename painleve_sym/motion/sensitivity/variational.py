@@ -23,6 +23,7 @@ from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, refuse_unknown
 from painleve_sym.motion.arguments import INITIAL_FORCE, RunArguments, separated
 from painleve_sym.motion.mechanism_with_laws import Start
+from painleve_sym.motion.refusals import end_detail
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
 from painleve_sym.motion.sensitivity.result import (
     NO_DERIVATIVE,
@@ -298,6 +299,9 @@ class Directions:
         if ended:
             final = functions.unpacked(raw.state)[1]
             final_time = raw.memory[functions.event_entries["time"]]
+            if end_detail(sim, raw, options.until):
+                shift, moved = self._moved_before(raw, constants)
+                final, final_time = final + moved, final_time + shift
         if valid < math.inf:
             final, fixed, final_time = (np.full_like(a, np.nan) for a in (final, fixed, final_time))
         return SensitiveTrajectory(
@@ -311,6 +315,21 @@ class Directions:
             fixed_time_jacobian=fixed,
             valid_until=valid,
         )
+
+    def _moved_before(self, raw: RawRun, constants: Array) -> tuple[Array, Array]:
+        """Return what the time of the event that a run ended before adds to its derivatives.
+
+        Shapes (k,) of those of the time since the event before it, and (nx, k) of the state.
+        """
+        functions, nx = self.functions, len(self._state_names)
+        mode = self.simulator.automaton.modes[raw.mode]
+        if not mode.field:  # no time has passed since the event before it
+            return np.zeros(len(self.wrt)), np.zeros((nx, len(self.wrt)))
+        event = functions.of_mode(mode.name).events[raw.stop_transition]
+        memory = np.array(event(raw.state, raw.memory, constants, 1.0)[1]).reshape(-1)
+        shift = memory[functions.event_entries["shift"]]
+        rates = self.engine.field(raw.mode, raw.state, raw.memory, constants)[:nx]
+        return shift, np.outer(rates, shift)
 
     def _plain(self, raw: RawRun) -> RawRun:
         """Return the run of the state alone."""
