@@ -1,18 +1,22 @@
-"""Files that are read up to a size, and written whole or not at all."""
+"""Files that are read up to a size, and written whole or not at all; tables of CSV files."""
 
 from __future__ import annotations
 
+import csv
 import difflib
 import itertools
+import math
 import os
 import re
 import stat
 import tomllib
+from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from painleve_sym.errors import InputError, received
+from painleve_sym.errors import InputError, received, refuse_unknown
 
 
 def write_beside(path: str | Path, write: Any) -> None:
@@ -86,6 +90,158 @@ def read_bytes(path: str | Path, where: str, most: int, kind: str) -> bytes:
     if len(content) > most:
         raise InputError(f"{where}: got more than {most} bytes. Fix: name a {kind}.")
     return content
+
+
+MAX_CSV = 50_000_000
+"""Size limit of a CSV file in bytes; guards against special files."""
+SEPARATORS = {",": ",", ";": ";", "|": "|", "tab": "\t", "\t": "\t", "space": " ", " ": " "}
+"""What may separate the columns of a CSV file, by the names that a setting may have."""
+
+
+@dataclass(frozen=True)
+class CsvFormat:
+    """Notation of a table in a CSV file, and quantities that are computed from its columns.
+
+    Attributes
+    ----------
+    skip : int
+        Lines before the header; blank lines and those that begin with ``#`` are left out anyway.
+    separator : str
+        Of the columns: a comma, a semicolon, ``|``, ``tab`` or ``space`` (any number of blanks).
+    decimal : str
+        Sign before the decimals of a number: a point or a comma.
+    columns : mapping of str to str
+        Quantities by formulas of the columns of the file, such as ``sqrt(2*g*height)``. The name of
+        a column stands for it in SI units, where the header has its unit: ``height (mm)``. Its
+        place, ``c1``, ``c2``, …, stands for the numbers as they are written.
+
+    Raises
+    ------
+    InputError
+        Another separator or sign, or one sign for both.
+
+    Examples
+    --------
+    >>> from painleve_sym.study import CsvFormat
+    >>> CsvFormat(skip=2, separator=";", decimal=",").separator
+    ';'
+    """
+
+    skip: int = 0
+    separator: str = ","
+    decimal: str = "."
+    columns: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if type(self.skip) is not int or not 0 <= self.skip <= MAX_CSV:
+            raise InputError(f"csv: skip: got {received(self.skip)}, need a whole number >= 0.")
+        for name, known in (("separator", SEPARATORS), ("decimal", (".", ","))):
+            if getattr(self, name) not in known:
+                need = ", ".join(repr(sign) for sign in known if sign not in "\t ")
+                raise InputError(f"csv: {name}: got {getattr(self, name)!r}, need one of {need}.")
+        if self.separator == self.decimal:
+            raise InputError(
+                "csv: got a comma as the separator and as the decimal sign. Fix: give the "
+                "separator of the file, such as ';'."
+            )
+        named = isinstance(self.columns, Mapping)
+        if not (named and all(isinstance(t, str) for pair in self.columns.items() for t in pair)):
+            raise InputError(
+                f"csv: columns: got {received(self.columns)}, need formulas by names, such as "
+                "{'end y_dot': 'sqrt(2*g*height)'}."
+            )
+
+    @classmethod
+    def of(cls, given: CsvFormat | Mapping[str, Any] | None) -> CsvFormat:
+        """Return the format of a mapping of its settings; InputError for anything else."""
+        if isinstance(given, CsvFormat):
+            return given
+        if not isinstance(given, Mapping | None):
+            raise InputError(f"csv: got {received(given)}, need settings such as {{'skip': 2}}.")
+        for name in given or {}:
+            refuse_unknown("key", name, [f.name for f in fields(cls)], "csv")
+        return cls(**(given or {}))
+
+
+class CsvTable(NamedTuple):
+    """Cells of a CSV file: those of its header, and the rows below with their lines."""
+
+    where: str
+    header: list[str]
+    lines: list[int]
+    rows: list[list[str]]
+    decimal: str
+
+    def numbers(self, column: int, most: float = 1e100) -> list[float]:
+        """Return the numbers of a column, nan where a cell is empty.
+
+        InputError, with its line, for a cell that is not a finite number of at most that size.
+        """
+        values = []
+        for line, row in zip(self.lines, self.rows, strict=True):
+            cell = row[column]
+            value = _number(cell, self.decimal) if cell else math.nan
+            if cell and not abs(value) <= most:
+                need = (
+                    f"a finite number of at most {most:g} in size, or nothing where there is none"
+                )
+                comma = self.decimal != "," and "," in cell
+                fix = " Fix: give a comma as the decimal sign." if comma else ""
+                raise InputError(
+                    f"{self.where}: line {line}, column {self.header[column]}: got {cell!r}, "
+                    f"need {need}.{fix}"
+                )
+            values.append(value)
+        return values
+
+
+def read_csv(path: str | Path, where: str, form: CsvFormat) -> CsvTable:
+    """Return the table of a CSV file; lines that are blank or begin with ``#`` are left out.
+
+    A first row of numbers alone is data: the header then has the places ``c1``, ``c2``, …
+    InputError where the file is not readable, has no rows, or rows of another length.
+    """
+    rows = []
+    lines = read_text(path, where, MAX_CSV, "CSV file").splitlines()
+    for i, line in enumerate(lines[form.skip :], form.skip + 1):
+        if line.strip() and line.strip()[0] != "#":
+            cells = _cells(f"{where}: line {i}", line, SEPARATORS[form.separator])
+            rows += [(i, cells)] if any(cells) else []
+    if not rows:
+        raise InputError(
+            f"{where}: got no rows. Fix: give a header with the names, and data below."
+        )
+    header = rows[0][1]
+    if all(math.isfinite(_number(cell, form.decimal)) for cell in header):
+        header = [f"c{k}" for k in range(1, len(header) + 1)]
+    else:
+        del rows[0]
+    for i, cells in rows:
+        if len(cells) != len(header):
+            raise InputError(f"{where}: line {i}: got {len(cells)} cells, need {len(header)}.")
+    return CsvTable(where, header, [i for i, _ in rows], [c for _, c in rows], form.decimal)
+
+
+def _cells(where: str, line: str, separator: str) -> list[str]:
+    """Return the cells of a line: no cell of numbers or names needs a line end in quotes."""
+    line = " ".join(line.split()) if separator == " " else line
+    try:
+        (row,) = csv.reader([line], skipinitialspace=True, strict=True, delimiter=separator)
+    except csv.Error as error:
+        reason = "quotes are not closed" if "end of data" in str(error) else error
+        raise InputError(
+            f"{where}: not a row of a CSV file ({reason}). Fix: correct that line."
+        ) from error
+    return [cell.strip() for cell in row]
+
+
+def _number(cell: str, decimal: str) -> float:
+    """Return the number of a cell, nan where it is none."""
+    plain = cell if decimal == "." else cell.replace(".", "x").replace(decimal, ".")
+    try:
+        return float(plain) if "_" not in cell else math.nan
+    except ValueError:
+        return math.nan
 
 
 def _near_file(path: Path) -> str:

@@ -87,6 +87,47 @@ def factor(own: str, unit: str, name: str) -> float:
     return _converted(1.0, own, unit, name)
 
 
+_SI = re.compile(r"(?:m|s|kg|rad|N|Pa|J|W|1)(?:[ ]?[/*·][ ]?(?:m|s|kg|rad|N)(?:\^[0-9])?)*")
+
+
+def si_factor(own: str, name: str) -> float:
+    """Return how many units of SI and rad a unit is; no unit, ``-`` and ``1`` are 1.
+
+    Raises
+    ------
+    InputError
+        An unknown unit, one with a zero of its own, or no pint for one that is not of SI.
+
+    Examples
+    --------
+    >>> si_factor("mm", "height"), si_factor("", "height")
+    (0.001, 1.0)
+    """
+    if own in ("", "-") or _SI.fullmatch(own):
+        return 1.0
+    wrong = InputError(f"{name}: got the unit [{shortened(own)}], need one such as [m] or [ms].")
+    if len(own) > _LONGEST or _UNIT_TEXT.fullmatch(own) is None:
+        raise wrong
+    try:
+        registry = _registry()
+    except ImportError:
+        raise InputError(
+            f"{name}: got the unit [{own}], and units other than those of SI need pint. "
+            f"{_INSTALL} SI units."
+        ) from None
+    import pint
+
+    try:
+        unit = registry.parse_units(_pint_text(own))
+        if registry.Quantity(0.0, unit).to_base_units().magnitude != 0:
+            raise wrong
+        return float(registry.Quantity(1.0, unit).to_base_units().magnitude)
+    except (pint.PintError, ArithmeticError, ValueError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise wrong from error
+
+
 def _converted(value: float, own: str, unit: str, name: str) -> float:
     if own == unit:
         return value

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from dataclasses import fields
 from pathlib import Path
 
 import jsonschema
@@ -12,6 +13,7 @@ import pytest
 
 from painleve_sym import InputError
 from painleve_sym.choices import EngineName, Restitution
+from painleve_sym.files import CsvFormat
 from painleve_sym.laws.catalogue import CHOICES
 from painleve_sym.mechanics.toml import mechanism_file as reader
 from painleve_sym.study import scenario
@@ -80,6 +82,7 @@ def test_files_of_every_kind_are_tested():
         (MECHANISM["contacts"]["items"]["properties"], reader._CONTACT),
         (SCENARIO, scenario._READERS),
         (SCENARIO["robot"]["properties"], (*scenario._OF_FILE, *scenario._OF_CONTACT)),
+        (SCENARIO["csv"]["properties"], [f.name for f in fields(CsvFormat)]),
         (SWEEP, (set(scenario._READERS) - set(sweep.UNUSED_KEYS)) | set(sweep.OWN_KEYS)),
     ],
 )

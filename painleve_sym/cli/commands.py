@@ -477,6 +477,10 @@ command(
     ),
     setting("until", "end of each motion, by default that of the impact"),
     setting("t_end", "by when each motion has ended, s, by default 1"),
+    text("--skip N", "lines of DATA before its header, by default none", read_count),
+    text("--separator S", "of its columns: a comma (default), ;, |, tab or space"),
+    text("--decimal S", "its sign before decimals: a point (default) or a comma"),
+    several("--column NAME=FORMULA", "quantity by a formula of its columns; several times"),
     text("--sigma NAME=VALUE,...", "known standard deviations; by default from the residuals"),
     text("--level P", "of the confidence intervals, in (0, 1), by default 0.95", read_number),
     text(
@@ -492,7 +496,13 @@ command(
         "  start theta [rad], start x_A_dot [m/s], end y_A_dot [m/s]\n\n"
         "SI units and rad; others are converted where pint is installed. An empty cell has\n"
         "no measurement; lines that begin with # are comments. --set and --law-set give\n"
-        "known values, and where the estimates start."
+        "known values, and where the estimates start.\n\n"
+        "A raw file is turned into one of these by formulas of the parameters that are known\n"
+        "and of its columns: a name stands for a column in SI units, where its header has the\n"
+        "unit, such as height (mm); a place, c1, c2, ..., for the numbers as they are written.\n\n"
+        "  --skip 3 --separator ';' --decimal , --column 'start y=c1/100' \\\n"
+        "  --column 'end y_dot=sqrt(2*g*height)'\n\n"
+        "The same may stand in a table [csv] of a scenario file, with [csv.columns]."
     ),
 )
 

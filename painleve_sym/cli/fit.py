@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import warnings
+from collections.abc import Mapping
+from typing import Any
 
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import figure_file, given_options, read_look, read_quantities
@@ -12,7 +14,7 @@ from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import counted
 from painleve_sym.study.fitting.data import FitData, read_fit_data
-from painleve_sym.study.fitting.problem import FitProblem
+from painleve_sym.study.fitting.problem import FitProblem, known_constants
 from painleve_sym.study.fitting.result import FitResult
 
 
@@ -23,7 +25,11 @@ def fit(arguments: argparse.Namespace) -> int:
     if arguments.estimate is None:
         raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
     scenario = read_case(arguments)
-    data = read_fit_data(arguments.data, scenario.mechanism())
+    simulator = Simulator(scenario.mechanism(), scenario.contact_law(), scenario.engine)
+    parameters = {**scenario.parameters, **scenario.law_parameters}
+    form = {**scenario.csv, **_csv_options(arguments, scenario.csv)}
+    constants = known_constants(simulator, parameters, arguments.estimate)
+    data = read_fit_data(arguments.data, scenario.mechanism(), form, constants)
     units = {**scenario.mechanism().state_units, **data.units}
     given = [arguments.sigma] if arguments.sigma else []
     sigma = read_quantities("--sigma", given, lambda: units)
@@ -36,11 +42,11 @@ def fit(arguments: argparse.Namespace) -> int:
     else:
         start = dict(scenario.start())
     problem = FitProblem(
-        simulator=Simulator(scenario.mechanism(), scenario.contact_law(), scenario.engine),
+        simulator=simulator,
         data=data,
         estimate=arguments.estimate,
         state=start,
-        parameters={**scenario.parameters, **scenario.law_parameters},
+        parameters=parameters,
         until=scenario.until or (),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,
         sigma=sigma,
@@ -59,6 +65,20 @@ def fit(arguments: argparse.Namespace) -> int:
     if out is not None:
         show(f"drawn: {out}")
     return 0
+
+
+def _csv_options(arguments: argparse.Namespace, of_file: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of the CSV file that are given as options."""
+    given = given_options(arguments, "skip", "separator", "decimal")
+    if arguments.column is None:
+        return given
+    columns = dict(of_file.get("columns", {}))
+    for text in arguments.column:
+        name, equals, formula = (part.strip() for part in text.partition("="))
+        if not (equals and name and formula):
+            raise InputError(f"--column: got {text!r}, need NAME=FORMULA, such as 'end y_dot=c2'.")
+        columns[name] = formula
+    return given | {"columns": columns}
 
 
 def _show(fit_result: FitResult, data: FitData, units: dict[str, str]) -> None:

@@ -1,3 +1,4 @@
+from painleve_sym.files import CsvFormat as CsvFormat
 from painleve_sym.study.comparisons.comparison import Comparison as Comparison
 from painleve_sym.study.comparisons.comparison import compare as compare
 from painleve_sym.study.critical.bisection import Border as Border

@@ -22,7 +22,7 @@ from painleve_sym.choices import EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
 from painleve_sym.engines.protocol import BEFORE, RunSettings
 from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
-from painleve_sym.files import parse_toml, read_text
+from painleve_sym.files import CsvFormat, parse_toml, read_text
 from painleve_sym.laws.catalogue import LAWS, Law, LawsByContact, all_choices, law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FRICTION_NOTICES
@@ -135,7 +135,7 @@ class Scenario(CaseSettings):
         if given.get("law", self.law) != self.law:
             old = self._with(law_parameters={}, law_choices={})
         merged = dict(given)
-        for name in ("state", "parameters", "law_parameters", "law_choices", "robot"):
+        for name in ("state", "parameters", "law_parameters", "law_choices", "robot", "csv"):
             if name in given:
                 merged[name] = {**(getattr(old, name) or {}), **given[name]}
         return old._with(**merged)
@@ -448,6 +448,14 @@ def _read_robot(faults: Faults, key: str, value: Any) -> dict[str, Any]:
     return {key: read}
 
 
+def _read_csv(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    """Read how the data of a fit are written."""
+    if not isinstance(value, Mapping):
+        raise _wrong(key, value, "a table [csv]")
+    CsvFormat.of(value)
+    return {key: dict(value)}
+
+
 def _whole(values: Mapping[str, Any], make: Callable[[str], Mechanism]) -> Mechanism:
     """Return the mechanism of a scenario with all its contacts, or the contact of a robot."""
     name, of_robot = values["model"], values.get("robot", {})
@@ -568,7 +576,7 @@ def _reader(of: Setting) -> Reader:
     return _value(of.unit, **of.bounds) if of.type == "float" else _OF_TYPE[of.type]
 
 
-_OWN = {"model": _read_model, "law": _read_law, "robot": _read_robot}
+_OWN = {"model": _read_model, "law": _read_law, "robot": _read_robot, "csv": _read_csv}
 _READERS = {
     name: _OWN.get(name) or _reader(of)
     for name, of in SETTINGS.items()

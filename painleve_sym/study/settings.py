@@ -90,6 +90,7 @@ class CaseSettings:
         "jump", f"RULE: {', '.join(Restitution)}; energetic by default", Restitution.ENERGETIC
     )
     robot: Mapping[str, Any] = field(default_factory=dict)
+    csv: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""
 
 

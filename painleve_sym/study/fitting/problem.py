@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
@@ -19,6 +20,7 @@ from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind, InputError, StopReason, refuse_unknown
+from painleve_sym.files import CsvFormat
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.runs import simulator_of
@@ -368,12 +370,13 @@ class FitProblem(Compared):
 def fit(
     mechanism: MechanismLike,
     law: LawsLike,
-    data: FitData | str | Path,
+    data: FitData | str | Path | Mapping[str, ArrayLike],
     estimate: str | Sequence[str],
     *,
     state: Mapping[str, Value] | None = None,
     parameters: Mapping[str, Value] | None = None,
     law_parameters: Mapping[str, Value] | None = None,
+    csv: CsvFormat | Mapping[str, Any] | None = None,
     until: str | Sequence[str] = (),
     t_end: Value = 1.0,
     sigma: Mapping[str, Value] | None = None,
@@ -388,8 +391,8 @@ def fit(
     ----------
     mechanism : Mechanism, or its name, or the path of a mechanism file
     law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
-    data : FitData, or the path of a CSV file
-        See `read_fit_data` for the columns.
+    data : FitData, or the path of a CSV file, or mapping of str to array_like
+        See `read_fit_data` for the columns; a pandas data frame is such a mapping.
     estimate : sequence of str
         Parameters of mechanism and law, or start values of a history.
     state : mapping of str to float, optional
@@ -397,6 +400,8 @@ def fit(
         given.
     parameters, law_parameters : mapping of str to float
         Known parameters, and from where the estimated ones start.
+    csv : CsvFormat, or mapping of its settings, optional
+        How the file is written: lines to skip, separator, decimal sign, columns by formulas.
     until : EventKind, its text, or several
         Events that end each motion, where every row is a motion; by default `separation`,
         `impact_end` of one rigid contact, `impact` of several.
@@ -428,17 +433,23 @@ def fit(
     ('e_energetic', 'mu')
     """
     simulator = simulator_of(mechanism, law, engine)
-    known = simulator.mechanism
-    rows = data if isinstance(data, FitData) else read_fit_data(data, known)
+    known, units = simulator.mechanism, simulator.units
+    estimate = names_of(estimate, "fit: estimate", "mu,E")
+    parameters = in_si(simulator.given(parameters, law_parameters), units, "fit: parameters")
+    rows = data
+    if not isinstance(rows, FitData):
+        constants = known_constants(simulator, parameters, estimate)
+        rows = read_fit_data(rows, known, csv, constants)
+    elif csv is not None:
+        raise InputError("fit: csv: got it with FitData, which are read. Fix: leave it out.")
     if state is None:
         state = {name: value for name, value in known.start.items() if name not in rows.starts}
-    units = simulator.units
     return FitProblem(
         simulator=simulator,
         data=rows,
-        estimate=names_of(estimate, "fit: estimate", "mu,E"),
+        estimate=estimate,
         state=in_si(by_name(state, "fit: state"), units, "fit: state"),
-        parameters=in_si(simulator.given(parameters, law_parameters), units, "fit: parameters"),
+        parameters=parameters,
         until=names_of(until, "fit: until", "separation") if until else (),
         t_end=number(t_end, "t_end", where="fit", unit="s", above=0.0),
         sigma=in_si(by_name(sigma, "fit: sigma"), units | rows.units, "fit: sigma"),
@@ -446,6 +457,14 @@ def fit(
         max_evaluations=max_evaluations,
         max_steps=max_steps,
     ).solve()
+
+
+def known_constants(
+    simulator: Simulator, parameters: Mapping[str, float], estimate: Sequence[str]
+) -> dict[str, float]:
+    """Return the parameters of mechanism and laws that are not estimated, for formulas of data."""
+    values = simulator.parameters(parameters)
+    return {name: value for name, value in values.items() if name not in estimate}
 
 
 def contact_ends(kinds: Sequence[EventKind]) -> tuple[str, ...]:

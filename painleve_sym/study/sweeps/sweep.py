@@ -37,7 +37,7 @@ from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
 
 OWN_KEYS = ("axes", "sample", "keep", "events", "chunk", "format")
-UNUSED_KEYS = ("samples", "restitution", "rule", "contact_velocity", "robot")
+UNUSED_KEYS = ("samples", "restitution", "rule", "contact_velocity", "robot", "csv")
 DEFAULT_CHUNK = 20_000
 MAX_CHUNK = 10_000_000
 FORMATS = ("nc", "npz", "zarr")
