@@ -11,16 +11,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from painleve_sym.c_export.files import ExampleCode, clashing_name, files
+from painleve_sym.checks import names_of
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import DEFAULT_RTOL, MAX_EVENTS, MAX_STEPS, RunSettings
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.escape import c_name
 from painleve_sym.files import beside, file_path
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.motion.refusals import checked_force
 from painleve_sym.motion.runs import simulator_of
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
 from painleve_sym.units import Value
@@ -36,7 +38,8 @@ _RESERVED = ("ps", "casadi", "generated")
 class Export:
     """An export: the prefix of all C names, the folder, and the names of the files in it.
 
-    The compiler is that of the expected output, the trajectory the example's motion.
+    The compiler is that of the expected output, the trajectory the example's motion, and the inputs
+    are parameters that a caller gives for each piece of a motion.
     """
 
     name: str
@@ -44,6 +47,7 @@ class Export:
     files: tuple[str, ...]
     compiler: Compiler
     trajectory: Trajectory
+    inputs: tuple[str, ...] = ()
 
 
 def export_c(
@@ -62,6 +66,7 @@ def export_c(
     rtol: float = DEFAULT_RTOL,
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
+    inputs: Sequence[str] = (),
 ) -> Export:
     """Write C code that runs a mechanism with its law: whole, or not at all.
 
@@ -82,6 +87,8 @@ def export_c(
         Of the example, as for `simulate`.
     engine : EngineName or its text
         Not ``erk``, which is not C.
+    inputs : sequence of str
+        Parameters, such as loads, that ``NAME_simulate_from`` takes as an array of their own.
 
     Returns
     -------
@@ -129,11 +136,14 @@ def export_c(
         limits={n: own for n, own in bounds.items() if own != getattr(RunSettings, n)},
         initial_force=force,
         compiler=compiler,
+        inputs=input_names(simulator, inputs),
     )
     return _written(case, target, chosen=name is None)
 
 
-def export_scenario(scenario: Scenario, folder: str | Path, name: str | None = None) -> Export:
+def export_scenario(
+    scenario: Scenario, folder: str | Path, name: str | None = None, inputs: Sequence[str] = ()
+) -> Export:
     """Write the C code of a scenario; see `export_c`."""
     return export_c(
         scenario.mechanism(),
@@ -145,8 +155,20 @@ def export_scenario(scenario: Scenario, folder: str | Path, name: str | None = N
         law_parameters=scenario.law_parameters,
         initial_force=scenario.initial_force,
         engine=scenario.engine,
+        inputs=inputs,
         **scenario.of_run,
     )
+
+
+def input_names(simulator: Simulator, inputs: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of parameters that are inputs; InputError for others."""
+    where = f"{simulator.where}: inputs"
+    names = names_of(inputs, where, "F")
+    for name in names:
+        refuse_unknown("parameter", name, simulator.declared.by_name, where)
+    if len(set(names)) < len(names):
+        raise InputError(f"{where}: got {', '.join(names)}, need each parameter once.")
+    return names
 
 
 def _written(case: ExampleCode, target: Path, *, chosen: bool) -> Export:
@@ -163,7 +185,7 @@ def _written(case: ExampleCode, target: Path, *, chosen: bool) -> Export:
             f"own. Fix: name it otherwise, such as model_{case.name}."
         )
     write_folder(target, texts)
-    return Export(case.name, target, tuple(texts), case.compiler, case.trajectory)
+    return Export(case.name, target, tuple(texts), case.compiler, case.trajectory, case.inputs)
 
 
 def _checked_name(name: str, chosen: bool) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sized
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import resources
 from string import Template
@@ -14,11 +14,13 @@ from painleve_sym.automata.signature import Outline
 from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
+from painleve_sym.engines.c_texts import initializer
 from painleve_sym.engines.compiled import CompiledEngine, EngineCode
 from painleve_sym.engines.protocol import BEFORE, DEFAULT_RTOL, ENGINE_REASONS, RunOptions
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.escape import c_comment, c_name, c_string, markdown_text, one_line
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
+from painleve_sym.motion.continuation import SMALL
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
@@ -40,13 +42,15 @@ def filled(template: str, values: Mapping[str, Any]) -> str:
 class MotionCode:
     """One mechanism with its contact laws, to be written as C; `name` is the prefix of all C names.
 
-    The engine is ``taylor`` or ``compiled``; comments name the compiler.
+    The engine is ``taylor`` or ``compiled``; comments name the compiler. The inputs are parameters
+    that a caller gives for each piece of a motion.
     """
 
     name: str
     simulator: Simulator
     engine_name: str
     compiler: Compiler
+    inputs: tuple[str, ...] = field(default=(), kw_only=True)
 
     @cached_property
     def code(self) -> EngineCode:
@@ -181,6 +185,7 @@ def _header(case: MotionCode) -> str:
     counts: dict[str, Sized] = {
         "states": outline.state_names,
         "parameters": outline.parameter_names,
+        "inputs": case.inputs,
         "memory": memory,
         "modes": outline.modes,
         "outputs": outline.output_names,
@@ -323,6 +328,8 @@ def _enums(case: MotionCode) -> str:
     parameters = [(n, case.declared[n]) for n in outline.parameter_names]
     memory = [(n, described(n)) for n in outline.memory_names]
     outputs = [(n, described(n)) for n in outline.output_names]
+    given = [(n, case.declared[n]) for n in case.inputs]
+    inputs = [(n, meaning_and_unit(p.unit, p.meaning)) for n, p in given]
     about_modes = "Modes; slip_neg and slip_pos are slips to the left and to the right"
     ranges = [
         (n, f"{meaning_and_unit(p.unit, p.meaning)}; {p.range_text}; by default {p.default!r}")
@@ -331,6 +338,7 @@ def _enums(case: MotionCode) -> str:
     tables: list[tuple[str, str, Iterable[tuple[str, str]], str]] = [
         ("state", "state", case.states.items(), "States, with their units"),
         ("parameter", "parameter", ranges, "Parameters, with their units"),
+        ("input", "input", inputs, "Inputs: parameters that are held over each piece of a motion"),
         ("memory", "memory", memory, "Memory: constant within a mode, 0 at the start"),
         ("mode", "mode", [(m.name, "") for m in outline.modes], about_modes),
         ("output", "output", outputs, "Outputs"),
@@ -354,12 +362,26 @@ def _model(case: MotionCode) -> str:
         "press": "" if initial_force_fault(case.simulator) else _PRESSING.format(name=case.name),
         "max_steps": RunOptions.max_steps,
         "max_events": RunOptions.max_events,
+        "change": repr(SMALL),
+        "contact_states": ", ".join(map(initializer, _contact_states(case))),
+        "input_parameters": ", ".join(map(str, _input_places(case))),
         "start_events": int(case.simulator.start_events),
         "names": _names(case),
         "local_modes": _filled(_LOCAL_MODES, case) if outline.parts else "",
         "copy_contact": _COPY_CONTACT if outline.parts else "",
     }
     return filled("model.c", case.shared | values)
+
+
+def _contact_states(case: MotionCode) -> list[list[int]]:
+    """Return the places of gap, gap rate and slip of each contact among the states."""
+    at, rows = case.outline.state_names.index, case.simulator.contact.rows
+    return [[at(str(s)) for s in (row.gap, row.gap_rate, row.slip)] for row in rows]
+
+
+def _input_places(case: MotionCode) -> list[int]:
+    """Return the places of the inputs among the parameters, and -1 after them."""
+    return [*map(case.outline.parameter_names.index, case.inputs), -1]
 
 
 def _names(case: MotionCode) -> str:

@@ -514,6 +514,7 @@ command(
     *MOTION,
     text("--out DIR", "folder to write, absent or empty", required=True),
     text("--name NAME", "prefix of the C names, by default the mechanism's name"),
+    text("--inputs NAMES", "parameters that a caller gives for each step: F,u", read_names),
     setting("engine", "auto (default), taylor or compiled"),
     JSON,
     details=(

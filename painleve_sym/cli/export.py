@@ -17,11 +17,12 @@ from painleve_sym.quantities import counted
 def export(arguments: argparse.Namespace) -> int:
     """Write the C code and print how to build it."""
     folder = output_folder("--out", arguments.out)
-    done = export_scenario(read_case(arguments), folder, arguments.name)
+    inputs = arguments.inputs or ()
+    done = export_scenario(read_case(arguments), folder, arguments.name, inputs)
     if arguments.json:
         print_json(
             {
-                **plain_fields(done, "name", "folder", "files"),
+                **plain_fields(done, "name", "folder", "files", "inputs"),
                 "compiler": done.compiler.version,
                 "flags": list(NUMERIC_FLAGS),
                 "engine": done.trajectory.engine,

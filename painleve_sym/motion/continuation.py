@@ -26,7 +26,7 @@ CONTINUES = (
 )
 """Reasons of an end from which a motion continues."""
 _OF_A_START = ("close", "initial_force", "material")
-_SMALL = 1e-9
+SMALL = 1e-9
 """Part of the scale of a contact below which a change at a cut is rounding."""
 
 
@@ -123,7 +123,7 @@ def _moved_with_contacts(simulator: Simulator, start: Start, origin: Trajectory)
     contacts = simulator.mechanism.outline.contacts
     for contact, row in zip(contacts, simulator.contact.rows, strict=True):
         places = [names.index(str(symbol)) for symbol in (row.gap, row.gap_rate, row.slip)]
-        least = _SMALL * start.scale[places]
+        least = SMALL * start.scale[places]
         own = np.where(np.abs(shift[places]) > least, shift[places], 0.0)
         before, after = state[places], state[places] + own
         is_open = min(before[0], after[0]) > least[0]

@@ -113,6 +113,16 @@ def test_parameters_may_change_between_pieces():
     assert lost == pytest.approx(0.1 * g * (0.5 * np.cos(beta) + np.sin(beta)), rel=1e-9)
 
 
+def test_what_happens_at_a_cut_is_an_event():
+    """A rod that sticks, on a contact that yields, slips at once where its friction is gone."""
+    start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    rod = ps.Simulator("rod", "bilinear-hertz")
+    stuck = rod.run(start, t_end=0.01, until="slip_stop")
+    slips = stuck.continued(0.01, parameters={"mu": 0.01})
+    assert str(slips.events[0].kind) == "slip_start"
+    assert slips.events[0].time == stuck.final_time
+
+
 def test_a_belt_that_runs_faster_from_a_cut_on_moves_the_slip():
     """The slip is a state of its own; a new motion from the same place is the oracle."""
     belt = ps.model(str(EXAMPLES / "belt-oscillator.toml"))

@@ -24,6 +24,12 @@ $engine
 enum { AT_START = $start_events };
 /* Stands for infinity. */
 #define ENDLESS 1e300
+/* Part of the scale of a contact below which other parameters change its state by rounding alone. */
+#define CHANGE $change
+/* Of each contact its gap, gap rate and slip among the states. */
+static const int CHANGED_STATES[${NAME}_CONTACTS][3] = {$contact_states};
+/* The parameters that are inputs, then -1. */
+static const int INPUT_PARAMETER[${NAME}_INPUTS + 1] = {$input_parameters};
 
 $names
 
@@ -72,7 +78,7 @@ static void options_of_engine(const ${name}_options *o, ps_options *e) {
   e->rtol = o->rtol;
   e->h0 = o->first_step;
   e->h_max = o->max_step > 0 ? fmin(o->max_step, ENDLESS) : ENDLESS;
-  e->t_end = o->t_end;
+  e->t_end = o->t_end - o->t_start;
   set_tolerances(e, o->atol);
   e->max_steps = o->max_steps;
   e->max_events = o->max_events;
@@ -82,12 +88,13 @@ static void options_of_engine(const ${name}_options *o, ps_options *e) {
   e->start_mode = -1;
 }
 
-static void copy_record(${name}_run *r, const ps_run *s) {
+/* What a run kept, with times from t_start on. */
+static void copy_record(${name}_run *r, const ps_run *s, double t_start) {
   for (long i = 0; i < s->events.used; i++) {
     ${name}_event *e = &r->events[i];
     const double *row = s->events.data + i * s->events.width, *x = row + PS_EVENT_HEAD;
     const long mode = (long)row[1];
-    e->time = row[0];
+    e->time = t_start + row[0];
     e->mode_before = (int)mode;
     e->mode_after = (int)row[3];
     e->kind = (int)row[4];
@@ -98,17 +105,18 @@ $copy_contact    ps_outputs(1, &mode, x, x + PS_NX, s->c, e->outputs);
   r->event_count = s->events.used;
 }
 
-/* The end of a run, and what it kept; 0 without memory. */
-static int copy_end(${name}_run *r, ps_run *s) {
+/* The end of a run that began at t_start, and what it kept; 0 without memory. */
+static int copy_end(${name}_run *r, ps_run *s, double t_start) {
   if (s->reason == PS_NO_MEMORY) return 0;
   r->events = (${name}_event *)malloc((size_t)(s->events.used + 1) * sizeof(${name}_event));
   if (!r->events) return 0;
-  copy_record(r, s);
+  copy_record(r, s, t_start);
   r->steps = s->steps.data;
   r->step_count = s->steps.used;
   r->step_width = s->steps.width;
   s->steps.data = NULL;
-  r->time = s->t_base + s->t;
+  for (long i = 0; i < r->step_count; i++) r->steps[i * r->step_width] += t_start;
+  r->time = t_start + (s->t_base + s->t);
   r->mode = (int)s->mode;
   r->stop = (int)s->reason;
   memcpy(r->state, s->x, sizeof r->state);
@@ -120,17 +128,63 @@ static int copy_end(${name}_run *r, ps_run *s) {
   return 1;
 }
 
-${name}_run *${name}_simulate(const double *p, const double *x, const ${name}_options *o) {
-  const double none[PS_NZ + 1] = {0};
+/* A run from the memory z in a mode, -1 where the state chooses it. */
+static ${name}_run *follow(const double *p, const double *x, const double *z, int mode,
+                     const ${name}_options *o) {
   ps_options e;
   options_of_engine(o, &e);
+  e.start_mode = mode;
+  /* Of a motion that continues, all that happens is an event. */
+  if (mode >= 0) e.start_events = 1;
   ${name}_run *r = (${name}_run *)calloc(1, sizeof *r);
-  ps_run *s = r ? ps_integrate(x, none, p, &e) : NULL;
-  const int copied = s && copy_end(r, s);
+  ps_run *s = r ? ps_integrate(x, z, p, &e) : NULL;
+  const int copied = s && copy_end(r, s, o->t_start);
   ps_free(s);
   if (copied) return r;
   ${name}_free(r);
   return NULL;
+}
+
+${name}_run *${name}_simulate(const double *p, const double *x, const ${name}_options *o) {
+  const double none[PS_NZ + 1] = {0};
+  return follow(p, x, none, -1, o);
+}
+
+${name}_run *${name}_simulate_from(const double *p, const double *x, const double *z, int mode,
+                     const double *inputs, const ${name}_options *o) {
+  double held[PS_NP + 1], own[PS_NZ + 1] = {0};
+  memcpy(held, p, sizeof(double) * PS_NP);
+  for (int i = 0; inputs && i < ${NAME}_INPUTS; i++) held[INPUT_PARAMETER[i]] = inputs[i];
+  if (z) memcpy(own, z, sizeof(double) * PS_NZ);
+  ${name}_run *r = follow(held, x, own, mode, o);
+  /* Sums of times round. */
+  if (r && r->stop == PS_T_END) r->time = o->t_end;
+  return r;
+}
+
+int ${name}_change_parameters(const double *before, const double *p, double *x) {
+  double old[PS_NX], own[PS_NX], scale[PS_NX], moved[PS_NX];
+  memcpy(old, x, sizeof old);
+  memcpy(own, x, sizeof own);
+  memcpy(moved, x, sizeof moved);
+  complete(before, -1.0, old);
+  complete(p, -1.0, own);
+  ps_scales(p, own, scale);
+  for (int i = 0; i < ${NAME}_CONTACTS; i++) {
+    const int *at = CHANGED_STATES[i];
+    double change[3], least[3];
+    for (int k = 0; k < 3; k++) {
+      least[k] = CHANGE * scale[at[k]];
+      change[k] = own[at[k]] - old[at[k]];
+      if (!(fabs(change[k]) > least[k])) change[k] = 0;
+      moved[at[k]] += change[k];
+    }
+    const int open = fmin(x[at[0]], moved[at[0]]) > least[0];
+    const int slides = change[0] == 0 && change[1] == 0 && x[at[2]] * moved[at[2]] > 0;
+    if ((change[0] != 0 || change[1] != 0 || change[2] != 0) && !open && !slides) return i;
+  }
+  memcpy(x, moved, sizeof moved);
+  return -1;
 }
 
 void ${name}_free(${name}_run *r) {

@@ -27,6 +27,7 @@ extern "C" {
 
 #define ${NAME}_STATES $states_count
 #define ${NAME}_PARAMETERS $parameters_count
+#define ${NAME}_INPUTS $inputs_count
 #define ${NAME}_CONSTANTS $constants_count
 #define ${NAME}_MEMORY $memory_count
 #define ${NAME}_MODES $modes_count
@@ -52,13 +53,14 @@ extern const double ${name}_default_parameters[${NAME}_PARAMETERS];
 
 $contacts/* How to integrate; start from ${name}_default_options. */
 typedef struct {
-  double t_end; /* end time, > 0; s */
+  double t_start; /* when the run begins; s; 0 by default */
+  double t_end;   /* when it ends, > t_start; s */
   double rtol;  /* relative tolerance, 1e-15 <= rtol < 1 */
   /* Absolute tolerances, each in the unit of its state; HUGE_VAL: not part of the step control. */
   double atol[${NAME}_STATES];
   double first_step; /* s; 0: chosen */
   double max_step;   /* s; 0: no bound */
-  long max_steps;    /* >= 1 */
+  long max_steps;    /* >= 0; 0: what happens at the start alone */
   long max_events;   /* >= 1 */
   /* The run ends 1: after the first event of that kind and all else at its instant; 2: before it. */
   unsigned char until[${NAME}_EVENTS];
@@ -118,9 +120,22 @@ void ${name}_tolerances(const double *p, const double *x, double rtol, double *a
 void ${name}_default_options(const double *p, const double *x, double t_end, double rtol,
                      ${name}_options *options);
 
-/* Follows the motion from the state x at t = 0. Returns a run for the caller to free, also where it
+/* Follows the motion from the state x at options->t_start. Returns a run for the caller to free, also where it
  * stopped early (see run->stop); NULL without memory. */
 ${name}_run *${name}_simulate(const double *p, const double *x, const ${name}_options *options);
+
+/* Continues a motion: from state, memory and mode of the end of a run, or of an event after it, at
+ * options->t_start. Cut anywhere and continued it is the motion that was not cut, but for rounding.
+ * The inputs (enum ${name}_input) are held until the end of the run, in place of those in p; NULL:
+ * those in p. mode is -1 where the state chooses it, as for ${name}_simulate; z may be NULL then. */
+${name}_run *${name}_simulate_from(const double *p, const double *x, const double *z, int mode,
+                     const double *inputs, const ${name}_options *options);
+
+/* Writes to x how gaps and slip velocities, which are states of their own, follow where parameters or
+ * inputs change from `before` to p at the same coordinates and velocities; other states stay. Loads
+ * change none. Returns -1, or the index of a closed contact that would be moved from its place;
+ * then x stays as it is. */
+int ${name}_change_parameters(const double *before, const double *p, double *x);
 
 /* Frees a run; NULL is allowed. */
 void ${name}_free(${name}_run *run);
