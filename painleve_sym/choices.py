@@ -78,12 +78,24 @@ class Record(enum.StrEnum):
     """The end."""
 
 
+class Interpolation(enum.StrEnum):
+    """Course of a function of time between its values at given times."""
+
+    HELD = "held"
+    """Each value until the next one, the last one from then on."""
+    LINEAR = "linear"
+    """Straight lines."""
+    CUBIC = "cubic"
+    """A cubic spline with two continuous derivatives, not-a-knot at its ends."""
+
+
 EngineLike: TypeAlias = EngineName | Literal["auto", "compiled", "taylor", "erk"]
 RestitutionLike: TypeAlias = Restitution | Literal["energetic", "poisson", "newton"]
 PolicyLike: TypeAlias = Policy | Literal["liftoff", "slip", "impact"]
 ReloadLike: TypeAlias = Reload | Literal["elastic", "virgin"]
 FrictionLike: TypeAlias = Friction | Literal["coulomb", "static", "stribeck", "spring"]
 RecordLike: TypeAlias = Record | Literal["dense", "events", "end"]
+InterpolationLike: TypeAlias = Interpolation | Literal["held", "linear", "cubic"]
 
 _Choice = TypeVar("_Choice", bound=enum.StrEnum)
 

@@ -90,7 +90,15 @@ PARTS_WITHOUT_A_NAME = {
     "BatchResult": {"BatchOutputs", "BatchRows", "RunOptions"},
     "Mechanism": {"MechanismOutline"},
     "SensitiveTrajectory": {"RunDerivatives", "StoredDerivatives"},
-    "Trajectory": {"EngineOutputs", "MotionNames", "RunRecord", "StoredRecord", "TapeOutputs"},
+    "Trajectory": {
+        "JoinedOutputs",
+        "JoinedRecord",
+        "EngineOutputs",
+        "MotionNames",
+        "RunRecord",
+        "StoredRecord",
+        "TapeOutputs",
+    },
 }
 
 

@@ -24,6 +24,7 @@ from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import open_from
+from painleve_sym.motion.joined import JoinedRecord
 from painleve_sym.motion.run_record import StoredRecord
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value, in_si
@@ -216,6 +217,11 @@ def explore_motion(run: Trajectory) -> ExplorerWidget:
         raise InputError(
             "explorer: the trajectory comes from a file or another process, which do not keep "
             "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."
+        )
+    if isinstance(record, JoinedRecord):
+        raise InputError(
+            "explorer: the motion has phases or inputs, and a page computes one with the same laws "
+            "and parameters from start to end. Fix: explore a motion without them."
         )
     simulator, start = record.simulator, record.start
     if start.time:

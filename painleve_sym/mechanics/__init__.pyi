@@ -11,6 +11,7 @@ from painleve_sym.mechanics.declarations import Parameter as Parameter
 from painleve_sym.mechanics.formulas.formula import Formula as Formula
 from painleve_sym.mechanics.formulas.formula import ImpulsePhase as ImpulsePhase
 from painleve_sym.mechanics.formulas.formula import Section as Section
+from painleve_sym.mechanics.inputs import Input as Input
 from painleve_sym.mechanics.materials import Material as Material
 from painleve_sym.mechanics.materials import material as material
 from painleve_sym.mechanics.mechanism import Mechanism as Mechanism

@@ -120,6 +120,8 @@ class Parameter:
         Property of a material that it stands for, one of `materials.PROPERTIES`; empty for none.
     body : int
         Whose property: 1, the moving body; 2, the other; 0, both are of one material.
+    input_of : str
+        Name of the `Input` whose value or derivative it is; empty for a constant.
 
     Examples
     --------
@@ -139,6 +141,7 @@ class Parameter:
     upper_closed: bool = True
     material: str = field(default="", metadata=NOT_DERIVED_FROM)
     body: int = field(default=1, metadata=NOT_DERIVED_FROM)
+    input_of: str = field(default="", metadata=NOT_DERIVED_FROM)
 
     @cached_property
     def symbol(self) -> Symbol:

@@ -273,21 +273,21 @@ class Mechanism(Shown, Deferred):
                 f"Fix: {fix}."
             )
 
-    def only(self, name: str) -> Mechanism:
-        """Return the mechanism with the named contact alone, as if the others were out of reach."""
-        outline = self.outline.only(f"mechanism {self.name!r}", name)
+    def only(self, *names: str) -> Mechanism:
+        """Return the mechanism with the named contacts, as if the others were out of reach."""
+        outline = self.outline.only(f"mechanism {self.name!r}", *names)
 
         def make() -> Mechanism:
             from painleve_sym.mechanics.shapes import suggested_shapes
 
-            own = tuple(c for c in self.contacts if c.name == name)
+            own = tuple(c for c in self.contacts if c.name in names)
             shapes = self.shapes
             if not (shapes or self.outline.in_space):
                 geometries = [c.geometry for c in self.contacts if c.geometry is not None]
                 shapes = suggested_shapes(self.system, geometries)
             return replace(self, contacts=own, shapes=shapes)
 
-        return self._deferred(make, outline, f"{self.definition} contact {name} alone")
+        return self._deferred(make, outline, f"{self.definition} contact {' '.join(names)} alone")
 
     def _deferred(
         self, make: Callable[[], Mechanism], outline: MechanismOutline, definition: str

@@ -161,11 +161,12 @@ class MechanismOutline:
         declared = system.coordinates, system.parameters
         return cls(*declared, outlines, bounds, timed(*formulas), known)
 
-    def only(self, where: str, name: str) -> MechanismOutline:
-        """Return the outline with one contact alone; InputError suggests the nearest name."""
-        names = [c.name for c in self.contacts]
-        refuse_unknown("contact", text_of(name, where), names, where)
-        return replace(self, contacts=tuple(c for c in self.contacts if c.name == name))
+    def only(self, where: str, *names: str) -> MechanismOutline:
+        """Return the outline with some contacts; InputError suggests the nearest name."""
+        known = [c.name for c in self.contacts]
+        for name in names:
+            refuse_unknown("contact", text_of(name, where), known, where)
+        return replace(self, contacts=tuple(c for c in self.contacts if c.name in names))
 
     def state(self, where: str, given: object) -> dict[str, float]:
         """Return every coordinate and velocity, and ``t`` where it occurs; 0 if it is not given.

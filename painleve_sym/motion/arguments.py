@@ -18,6 +18,7 @@ from painleve_sym.mechanics.materials import MaterialsLike
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
+    from painleve_sym.motion.timetable import InputValues, Phase
     from painleve_sym.motion.trajectory import Trajectory
 
 INITIAL_FORCE = "initial_force"
@@ -45,6 +46,8 @@ class ContinuationArguments(SharedArguments, total=False):
     close: str | None
     atol: Array | None
     record: RecordLike
+    phases: Sequence[Phase] | None
+    inputs: Mapping[str, InputValues] | None
 
 
 class RunArguments(ContinuationArguments, total=False):

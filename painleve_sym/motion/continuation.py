@@ -10,6 +10,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import mode_name
 from painleve_sym.errors import InputError, StopReason, received
+from painleve_sym.motion.records import PIECE
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
@@ -79,7 +80,7 @@ def has_states_of(simulator: Simulator, origin: Trajectory) -> bool:
     return (
         simulator.mechanism.name == names.mechanism
         and outline.state_names == names.states
-        and outline.memory_names == names.memory
+        and outline.memory_names == tuple(name for name in names.memory if name != PIECE)
         and simulator.label == names.law
         and simulator.choices == names.choices
     )
@@ -95,7 +96,9 @@ def carried(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
     outline, scale = simulator.outline, start.scale
     if start.place.parameters == origin.parameters and origin.record.scales:
         scale = np.array([origin.record.scales[name] for name in outline.state_names])
-    name, memory = origin.mode_names[origin.final_mode], origin.final_memory.tolist()
+    # A motion in pieces remembers one thing more.
+    own = origin.final_memory[: len(outline.memory_names)]
+    name, memory = origin.mode_names[origin.final_mode], own.tolist()
     modes = [i for i in range(len(outline.modes)) if mode_name(outline, i, memory) == name]
     # Several contacts name their local modes alone: one name for the motion and its instants.
     mode = origin.record.engine_mode if origin.record.engine_mode in modes else modes[0]
@@ -104,7 +107,7 @@ def carried(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
         scale=scale,
         time=origin.final_time,
         mode=mode,
-        memory=origin.final_memory,
+        memory=own,
     )
 
 

@@ -14,6 +14,9 @@ from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
 from painleve_sym.notebooks import Shown
 
+PIECE = "piece"
+"""Name of the last memory of a motion in pieces: in which of them a step is."""
+
 
 @dataclass(frozen=True, eq=False)
 class EventRecord(Shown, Compared):

@@ -65,7 +65,7 @@ class StoredRecord(Compared):
     inputs: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, record: RunRecord | StoredRecord) -> StoredRecord:
+    def of(cls, record: Any) -> StoredRecord:
         """Return all that a record gives."""
         return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
 

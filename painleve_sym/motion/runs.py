@@ -130,9 +130,18 @@ def simulate(
         s; a first step of 0 lets the engine choose it.
     max_steps, max_events : int
         Where they are reached the run stops and says so.
+    phases : sequence of mapping, optional
+        What changes at a known ``time``, s, and holds from then on: ``parameters``,
+        ``law_parameters``, ``law``, ``contacts`` (the names of those that are present). The motion
+        is that of pieces, each `Trajectory.continued` from the one before.
+    inputs : mapping of str to mapping, optional
+        Values of an `Input` of the mechanism, or of a parameter, as a function of time: ``times``,
+        s, ``values``, and ``interpolation``: ``held`` (by default), ``linear`` or ``cubic``, which
+        inputs alone have. Steps end at these times.
     start : Trajectory, optional
         A motion of the same mechanism, in place of a state: this one begins at its end and its
-        time, with its parameters, and under the same laws in its mode with its memory.
+        time, with its parameters, and under the same laws in its mode with its memory. Phases and
+        inputs that are not given are those of that motion.
 
     Returns
     -------
@@ -144,7 +153,8 @@ def simulate(
     Raises
     ------
     InputError
-        Unknown names, numbers out of range, a start outside the domain or inside the ground.
+        Unknown names, numbers out of range, a start outside the domain or inside the ground, a
+        phase that moves a closed contact, an input that is not known up to the end.
 
     References
     ----------

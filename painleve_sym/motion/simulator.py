@@ -34,12 +34,15 @@ from painleve_sym.motion.continuation import (
     same_parameters,
 )
 from painleve_sym.motion.force_jumps import integrated
+from painleve_sym.motion.joined import timetable_of
 from painleve_sym.motion.locate_limit import with_limit
 from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
+from painleve_sym.motion.pieces import run_in_pieces
 from painleve_sym.motion.records import EngineOutputs
 from painleve_sym.motion.refusals import checked_force, end_detail, refuse, refuse_plastic
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.still_contacts import with_still_contacts
+from painleve_sym.motion.timetable import Timetable
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.units import Value
 
@@ -207,12 +210,26 @@ class Simulator(Compared, MechanismWithLaws):
         """
         settings, begins = separated(self.where, RunArguments, arguments)
         origin = begins.pop("start", None)
+        changes = begins.pop("phases", None), begins.pop("inputs", None)
+        timetable: Timetable | None = None if origin is None else timetable_of(origin)
+        if timetable is not None or changes != (None, None):
+            timetable = Timetable.of(self, *changes, before=timetable)
+            return run_in_pieces(self, timetable, settings, {"state": state, **begins}, origin)
         if origin is None:
-            simulator, start = self.moving(self.begin(state, **begins))
-        else:
-            given = {"state": state, **begins}
-            origin = check_origin(self.where, origin, given, float(settings.t_end))
-            simulator, start = self._after(origin, given)
+            return self.fresh(state, settings, begins)
+        return self.rest(origin, settings, {"state": state, **begins})
+
+    def fresh(
+        self, state: Mapping[str, Value] | None, settings: RunSettings, begins: Mapping[str, Any]
+    ) -> Trajectory:
+        """Integrate the motion from t = 0 with checked settings."""
+        simulator, start = self.moving(self.begin(state, **begins))
+        return simulator.follow(start, settings)
+
+    def rest(self, origin: Any, settings: RunSettings, given: Mapping[str, Any]) -> Trajectory:
+        """Integrate the motion from the end of another one on with checked settings."""
+        origin = check_origin(self.where, origin, given, float(settings.t_end))
+        simulator, start = self._after(origin, given)
         return simulator.follow(start, settings)
 
     def _after(self, origin: Trajectory, given: Mapping[str, Any]) -> tuple[Simulator, Start]:

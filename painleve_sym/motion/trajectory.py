@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -31,9 +32,17 @@ from painleve_sym.hooks import upper
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_balance import balance_closes, balance_notice, balance_residual
 from painleve_sym.motion.energy_gains import EnergyGain, notices
+from painleve_sym.motion.joined import JoinedOutputs, JoinedRecord, outputs_of_data
 from painleve_sym.motion.pressed_start import PressedStart, past_notices, several_notices
 from painleve_sym.motion.pressing import ContactSurface, pressing_notices
-from painleve_sym.motion.records import EngineOutputs, EventRecord, Film, MotionNames, Segment
+from painleve_sym.motion.records import (
+    PIECE,
+    EngineOutputs,
+    EventRecord,
+    Film,
+    MotionNames,
+    Segment,
+)
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.run_record import RunRecord, StoredRecord
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
@@ -68,7 +77,7 @@ class Trajectory(Shown, Compared):
     parameters : dict of str to float
         Of mechanism and law, as used.
     rtol : float
-    record : RunRecord or StoredRecord
+    record : RunRecord, JoinedRecord or StoredRecord
         Steps and events.
     final_time : float
     final_state : ndarray, shape (nx,)
@@ -102,14 +111,16 @@ class Trajectory(Shown, Compared):
     names: MotionNames
     parameters: dict[str, float]
     rtol: float
-    record: RunRecord | StoredRecord = field(repr=False)
+    record: RunRecord | JoinedRecord | StoredRecord = field(repr=False)
     final_time: float
     final_state: Array
     final_memory: Array
     stop_reason: StopReason
     stop_detail: str
     counters: dict[str, int]
-    evaluator: EngineOutputs | TapeOutputs | None = field(default=None, compare=False)
+    evaluator: EngineOutputs | TapeOutputs | JoinedOutputs | None = field(
+        default=None, compare=False
+    )
     limit: SingularLimit | None = None
     subject: Mechanism | None = field(default=None, compare=False)
 
@@ -143,7 +154,7 @@ class Trajectory(Shown, Compared):
             s, after the end of this motion.
         **arguments
             As for `painleve_sym.simulate`; `parameters` and `law_parameters` change those of this
-            motion from now on.
+            motion from now on. Phases and inputs that are not given are those of this motion.
 
         Raises
         ------
@@ -272,7 +283,8 @@ class Trajectory(Shown, Compared):
 
         ``law`` is the text that `painleve_sym.law` knows (with `choices`), ``state`` the start,
         ``options`` the end, the initial force and the bounds, ``version`` that of the package, and
-        ``continues`` time, mode and memory of a motion that continues another one.
+        ``continues`` time, mode and memory of a motion that continues another one, and ``phases``
+        and ``inputs`` what changes on its way.
         Empty for a file of an earlier release.
         """
         return self.record.inputs
@@ -341,7 +353,7 @@ class Trajectory(Shown, Compared):
         known = [self.record.scales.get(self.names.of_contact(name, contact), 0.0)]
         if name in self.state_names:
             i = self.state_names.index(name)
-            known.append(float(np.max(np.abs(self.step_rows[:, 0, i]), initial=0.0)))
+            known.append(float(np.nanmax(np.abs(self.step_rows[:, 0, i]), initial=0.0)))
             known.append(abs(self.final[name]))
         elif name.startswith("gap") and "rate" not in name:
             known += [abs(e.compression) for e in self.events]
@@ -540,10 +552,28 @@ class Trajectory(Shown, Compared):
         """
         if not len(self.step_time):
             return self.record.residual_at_events
-        states = np.vstack([self.step_rows[:, 0], self.final_state])
-        modes = np.append(self.step_mode, self.final_mode)
-        memory = np.vstack([self.step_memory, self.final_memory])
-        return balance_residual(self._balance(states, self._outputs(modes, states, memory)))
+        return max(map(self._residual, self._stretches))
+
+    @property
+    def _stretches(self) -> list[slice]:
+        """Steps of each piece of the motion, whose energies jump where another one begins."""
+        if PIECE not in self.memory_names:
+            return [slice(0, len(self.step_time))]
+        changes = np.flatnonzero(np.diff(self.step_memory[:, -1])) + 1
+        ends = [0, *changes.tolist(), len(self.step_time)]
+        return [slice(a, b) for a, b in itertools.pairwise(ends)]
+
+    def _residual(self, steps: slice) -> float:
+        """Return the energy residual over some steps."""
+        states, modes = self.step_rows[steps, 0], self.step_mode[steps]
+        memory, last = self.step_memory[steps], steps.stop - 1
+        if steps.stop == len(self.step_time):
+            end = self.final_state, self.final_mode, self.final_memory
+        else:
+            end = dense_values(self.step_rows[last], np.ones(1))[0], modes[-1], memory[-1]
+        states, memory = np.vstack([states, end[0]]), np.vstack([memory, end[2]])
+        outputs = self._outputs(np.append(modes, end[1]), states, memory)
+        return balance_residual(self._balance(states, outputs))
 
     @property
     def energy_closes(self) -> bool | None:
@@ -637,7 +667,8 @@ class Trajectory(Shown, Compared):
 
         Its attributes are what computes the motion again, also from a NetCDF file: ``mechanism``,
         ``law`` and ``version`` as texts; ``law_choices``, ``parameters``, ``state`` and ``options``
-        (keywords of `simulate`) as JSON, and ``continues`` of a motion that continues another one.
+        (keywords of `simulate`) as JSON, ``continues`` of a motion that continues another one, and
+        ``phases`` and ``inputs`` where there are any.
 
         Parameters
         ----------
@@ -669,8 +700,9 @@ class Trajectory(Shown, Compared):
         options = {"rtol": self.rtol, "engine": self.engine, **given["options"]}
         attributes = labels(self.mechanism, given, self.choices, self.parameters, options)
         attributes |= {"stop_reason": self.stop_reason.label, "sources": self.source}
-        if "continues" in given:
-            attributes["continues"] = json.dumps(given["continues"])
+        for name in ("continues", "phases", "inputs"):
+            if name in given:
+                attributes[name] = json.dumps(given[name])
         dataset: xarray.Dataset = library.Dataset(variables, {"time": time}, attributes)
         return dataset
 
@@ -817,7 +849,7 @@ class Trajectory(Shown, Compared):
             inputs=dict(text.get("inputs", {})),
         )
         named = {name: text[name] for name in _NAMES} | {"contacts": tuple(text["contacts"])}
-        evaluator = TapeOutputs.of_data(text["outputs"]) if text["outputs"] else None
+        evaluator = outputs_of_data(text["outputs"]) if text["outputs"] else None
         return cls(
             names=MotionNames(
                 **named,

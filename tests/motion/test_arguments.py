@@ -34,7 +34,7 @@ CALLS = {
 
 
 def test_every_setting_is_an_argument_of_a_run():
-    assert set(RunArguments.__annotations__) == SETTINGS | BEGINS | {"start"}
+    assert set(RunArguments.__annotations__) == SETTINGS | BEGINS | {"start", "phases", "inputs"}
 
 
 def test_every_argument_of_a_run_begins_it_or_is_a_setting():

@@ -10,12 +10,14 @@ from typing import Any
 
 import sympy as sp
 
+from painleve_sym.choices import Interpolation
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.escape import latex_fault
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
+from painleve_sym.mechanics.inputs import Input, derivative_names
 from painleve_sym.mechanics.materials import PROPERTIES
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.quaternions import Quaternion, QuaternionPart, velocities_of
@@ -42,6 +44,7 @@ MAX_COORDINATES = 24
 
 _TOP = (
     *("name", "title", "source", "sketch", "gravity", "coordinates", "quaternions", "parameters"),
+    "inputs",
     *("definitions", "bodies", "springs", "loads", "energy", "forces"),
     *("contacts", "domain", "shapes", "start"),
 )
@@ -50,6 +53,7 @@ _QUATERNION = ("meaning", "velocity")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
 _PARAMETER = ("default", "unit", "meaning", "material", *_RANGE)
 _PLANAR = ("angle", "modes", "length", "lowest_period")
+_INPUT = ("unit", "meaning", "default", "interpolation")
 _BODY = (*BODY_IN_SPACE, *_PLANAR)
 _MODE = (
     *("coordinate", "mass", "frequency", "damping", "momentum", "angular_momentum", "stretch"),
@@ -118,6 +122,7 @@ class _Reader:
         self.name = self.top.text("name", name) or name
         self.bodies: list[Body | SpatialBody] = []
         self.quaternions: dict[str, Quaternion] = {}
+        self.inputs: list[Input] = []
 
     def mechanism(self) -> Mechanism:
         """Return the mechanism, or raise ModelError with every fault of the file."""
@@ -174,8 +179,10 @@ class _Reader:
         contacts = self.top.entries.get("contacts", [])
         tables = [c for c in contacts if isinstance(c, dict)] if isinstance(contacts, list) else []
         frictions = [c.get("friction") for c in tables]
-        given = self.top.table("parameters")
-        return tuple(_parameter(name, given, name in frictions) for name in given)
+        given, inputs = self.top.table("parameters"), self.top.table("inputs")
+        self.inputs = [_input(name, inputs.table(name, _INPUT)) for name in inputs]
+        own = (p for known in self.inputs for p in known.parameters)
+        return (*(_parameter(name, given, name in frictions) for name in given), *own)
 
     def declare(
         self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...]
@@ -192,8 +199,12 @@ class _Reader:
                 self.check_name("quaternions", name, quaternion.name)
                 names[name] = symbol
         for p in parameters:
-            self.check_name("parameters", p.name)
+            self.check_name("inputs" if p.input_of else "parameters", p.name, p.input_of)
             names[p.name] = p.symbol
+        for one in self.inputs:
+            values = derivative_names(one.name, one.order)
+            names |= dict(zip(values, one.derivatives, strict=True))
+            self.formulas.sizes |= dict.fromkeys(values, 6 * one.order + 1)
         given = self.top.table("definitions")
         if TIME.name not in {*names, *given}:
             names[TIME.name] = TIME
@@ -338,6 +349,15 @@ def _parameter(name: str, given: Table, is_friction: bool) -> Parameter:
     if fault:
         table.fault(fault, "default")
     return parameter
+
+
+def _input(name: str, table: Table) -> Input:
+    kind = table.text("interpolation", Interpolation.HELD)
+    if kind not in [*Interpolation]:
+        table.fault(unknown_name("interpolation", kind, [*Interpolation]), "interpolation")
+        kind = Interpolation.HELD
+    meaning, default = table.text("meaning", name), table.number("default", 0.0)
+    return Input(name, _unit(table), meaning, Interpolation(kind), default)
 
 
 def _material_property(table: Table) -> str:

@@ -59,6 +59,11 @@ def differentiated(
             f"{simulator.where}: sensitivities: start: got a motion, need a state, with which "
             "derivatives begin. Fix: differentiate from the start of the first motion."
         )
+    if begins.pop("phases", None) or begins.pop("inputs", None):
+        raise InputError(
+            f"{simulator.where}: sensitivities: got phases or inputs, need a motion with the same "
+            "parameters from start to end. Fix: differentiate that, or take differences of runs."
+        )
     # Without its events nothing would tell which of them are singular.
     if settings.record == "end":
         settings = replace(settings, record=Record.EVENTS)

@@ -1,0 +1,183 @@
+"""Times known in advance at which a motion changes: phases, and the pieces of its inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Required, TypedDict
+
+from painleve_sym.checks import by_name, names_of, number
+from painleve_sym.choices import InterpolationLike
+from painleve_sym.equality import Compared
+from painleve_sym.errors import InputError, received, refuse_unknown, unknown_name
+from painleve_sym.laws.catalogue import LawsLike, as_law, law_text
+from painleve_sym.mechanics.declarations import TIME_NAME
+from painleve_sym.mechanics.inputs import derivative_names, inputs_of, instant_name
+from painleve_sym.motion.signals import Signal
+from painleve_sym.units import Value
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.simulator import Simulator
+
+_TABLES = ("parameters", "law_parameters")
+_KEYS = ("time", *_TABLES, "law", "contacts")
+_EXAMPLE = "{'time': 0.5, 'parameters': {'mu': 0.2}}"
+
+
+class Phase(TypedDict, total=False):
+    """Changes at a time of a motion; see `painleve_sym.simulate`.
+
+    `contacts` are the names of those that are present from then on.
+    """
+
+    time: Value
+    parameters: Mapping[str, Value]
+    law_parameters: Mapping[str, Value]
+    law: LawsLike
+    contacts: Sequence[str]
+
+
+class InputValues(TypedDict, total=False):
+    """Values of an input at given times; see `painleve_sym.simulate`."""
+
+    times: Required[Sequence[Value]]
+    values: Required[Sequence[Value]]
+    interpolation: InterpolationLike
+
+
+@dataclass(frozen=True, eq=False)
+class Timetable(Compared):
+    """Times at which a motion changes.
+
+    Attributes
+    ----------
+    phases : tuple of mapping
+        In the order of their times, which are those of the motion; see `Phase`.
+    signals : mapping of str to Signal
+        Functions of time, by the input or the parameter that they give.
+    ahead : float
+        By how much the time `t` in the formulas is ahead of that of the motion; s.
+    """
+
+    phases: tuple[Mapping[str, Any], ...] = ()
+    signals: Mapping[str, Signal] = field(default_factory=dict)
+    ahead: float = 0.0
+
+    @classmethod
+    def of(
+        cls, simulator: Simulator, phases: Any, inputs: Any, before: Timetable | None = None
+    ) -> Timetable:
+        """Return the timetable of the arguments of a run; what is None is that of the run before.
+
+        InputError for unknown names, times out of order, and values out of range.
+        """
+        before = before or cls()
+        own = before.phases if phases is None else tuple(_phases(simulator.where, phases))
+        return cls(own, {**before.signals, **_signals(simulator, inputs)}, before.ahead)
+
+    def __bool__(self) -> bool:
+        """Whether anything changes."""
+        return bool(self.phases or self.signals)
+
+    def beginning(self, state: Mapping[str, float], time: float) -> Timetable:
+        """Return the timetable of a motion that is in a state at a time."""
+        return replace(self, ahead=state.get(TIME_NAME, time) - time)
+
+    def after(self, time: float) -> float:
+        """Return the next time at which something changes, s; inf where nothing does."""
+        times = [float(p["time"]) for p in self.phases if p["time"] > time]
+        return min([math.inf, *times, *(s.after(time) for s in self.signals.values())])
+
+    def changes(self, time: float, since: float = -math.inf) -> dict[str, Any]:
+        """Return all that is changed at a time, or was after an earlier one; see `Phase`."""
+        total: dict[str, Any] = {name: {} for name in _TABLES}
+        for phase in self.phases:
+            if since < phase["time"] <= time:
+                tables = {name: {**total[name], **phase.get(name, {})} for name in _TABLES}
+                total = {**total, **phase, **tables}
+        total.pop("time", None)
+        for name, signal in self.signals.items():
+            place = signal.piece(time)
+            if place != signal.piece(since):
+                total["parameters"].update(self._values(name, signal, place))
+        return {name: value for name, value in total.items() if value or name not in _TABLES}
+
+    def _values(self, name: str, signal: Signal, place: int) -> dict[str, float]:
+        """Return the parameters that give a piece of a signal."""
+        values = signal.derivatives[place].tolist()
+        named = dict(zip(derivative_names(name, len(values) - 1), values, strict=True))
+        if signal.order:
+            named[instant_name(name)] = float(signal.times[place]) + self.ahead
+        return named
+
+    def to_data(self) -> dict[str, Any]:
+        """Return phases and inputs as plain data, which `simulate` takes."""
+        phases = [
+            {k: law_text(as_law(v)) if k == "law" else v for k, v in phase.items()}
+            for phase in self.phases
+        ]
+        inputs = {name: dict(signal.given) for name, signal in self.signals.items()}
+        return {n: v for n, v in (("phases", phases), ("inputs", inputs)) if v}
+
+    def check(self, where: str, begin: float, end: float) -> None:
+        """Raise InputError where an input is not known during a whole motion."""
+        for name, signal in self.signals.items():
+            first, last = float(signal.times[0]), signal.end
+            if first > begin or last < end:
+                raise InputError(
+                    f"{where}: input {name}: got values from {first:g} s to {last:g} s, need them "
+                    f"from {begin:g} s to {end:g} s. Fix: give more of them, or hold the last one."
+                )
+
+
+def _phases(where: str, given: Any) -> list[dict[str, Any]]:
+    """Return phases with their times in s, in order."""
+    if isinstance(given, Mapping | str) or not isinstance(given, Sequence):
+        raise InputError(f"{where}: phases: got {received(given)}, need a list of {_EXAMPLE}.")
+    read = [_phase(f"{where}: phases[{k}]", phase) for k, phase in enumerate(given)]
+    return sorted(read, key=lambda phase: float(phase["time"]))
+
+
+def _phase(where: str, given: Any) -> dict[str, Any]:
+    if not isinstance(given, Mapping) or "time" not in given:
+        raise InputError(f"{where}: got {received(given)}, need what changes when: {_EXAMPLE}.")
+    for key in given:
+        if key not in _KEYS:
+            raise InputError(f"{where}: {unknown_name('key', str(key), _KEYS)}")
+    phase: dict[str, Any] = {
+        "time": number(given["time"], "time", where=where, unit="s", lower=0.0)
+    }
+    for name in _TABLES:
+        if given.get(name) is not None:
+            phase[name] = dict(by_name(given[name], f"{where}: {name}", "{'mu': 0.5}"))
+    if given.get("law") is not None:
+        phase["law"] = given["law"]
+    if given.get("contacts") is not None:
+        phase["contacts"] = list(names_of(given["contacts"], f"{where}: contacts", "A,B"))
+    return phase
+
+
+def _signals(simulator: Simulator, given: Any) -> dict[str, Signal]:
+    """Return the signals of inputs and parameters by name."""
+    where = f"{simulator.where}: inputs"
+    named = by_name(given, where, "{'F': {'times': [0, 1], 'values': [0, 2]}}")
+    declared = simulator.declared.by_name
+    orders = inputs_of(declared.values())
+    signals = {}
+    for name, values in named.items():
+        refuse_unknown("input or parameter", name, declared, where)
+        here, parameter = f"{where}: {name}", declared[name]
+        signal = Signal.of(here, values, parameter.unit)
+        order = orders.get(name, 0)
+        if signal.order > order:
+            raise InputError(
+                f"{here}: got {signal.given['interpolation']} values, and its own formulas hold it "
+                "between its times. Fix: hold them, or declare it as an input with this "
+                "interpolation, in [inputs] of the mechanism or with Input."
+            )
+        for extreme in (min(signal.derivatives[:, 0]), max(signal.derivatives[:, 0])):
+            if fault := parameter.fault(float(extreme)):
+                raise InputError(f"{here}: {fault}")
+        signals[name] = signal.of_order(order)
+    return signals
