@@ -111,6 +111,8 @@ def unit_of(name: str, own: Mapping[str, str]) -> str:
     if name.startswith("integral_"):
         unit = unit_of(name.removeprefix("integral_"), own)
         return "s" if unit == "1" else f"{unit} s"
+    if at_event := re.fullmatch(r"(.+?)_(?:before|after)_[a-z_]+", name):
+        return unit_of(at_event[1], own)
     for prefix in ("max_", "min_"):
         name = name.removeprefix(prefix)
     known = quantity(name)

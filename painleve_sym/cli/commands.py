@@ -238,7 +238,9 @@ Axes: coordinates, velocities, parameters of mechanism and law, initial_force.
 keep: final states, time, mode, case (of the rigid contact at the start),
 time_of_EVENT, count_of_EVENT, max_OUTPUT, min_OUTPUT (and ..._time),
 integral_OUTPUT (of normal_force: the impulse); with events = N the first N
-times, times_of_EVENT or event_times (all kinds). stop_reason is always kept.
+times, times_of_EVENT or event_times (all kinds), and values at these events,
+gap_rate_before_touchdown or slip_velocity_after_impact. stop_reason is always
+kept.
 `painleve automaton MODEL --law LAW` lists the events.
 
 A failed motion is a point with its stop_reason, never left out.

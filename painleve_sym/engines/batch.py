@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import Outline
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError, refuse_unknown
+from painleve_sym.errors import EventKind, InputError, refuse_unknown
 
 COUNTERS = (
     "accepted_steps",
@@ -27,18 +28,44 @@ MAX_EVENTS_KEPT = 10_000
 """Event times of one kind and row: beyond it a single run with its record serves better."""
 
 
+SIDES = ("before", "after")
+"""Of an instant at which events happen."""
+
+
+class AtEvents(NamedTuple):
+    """A quantity on one side of the instants of events, as ``gap_rate_before_touchdown`` names it.
+
+    Of all that happens at an instant, as in an impact, both sides are those of the whole.
+    """
+
+    quantity: str
+    side: str
+    kind: str
+
+    @classmethod
+    def of(cls, name: str, kinds: Sequence[str] = tuple(EventKind)) -> AtEvents | None:
+        """Return what a name stands for; None where it has no such ending."""
+        for kind, side in itertools.product(kinds, SIDES):
+            quantity = name.removesuffix(f"_{side}_{kind}")
+            if quantity and quantity != name:
+                return cls(quantity, side, str(kind))
+        return None
+
+
 @dataclass(frozen=True)
 class BatchOutputs:
     """Per-run outputs to record, besides the end of the run.
 
     The first event times of each kind, outputs of which the largest and smallest value over the run
-    is kept, with its time, and outputs that are integrated over time.
+    is kept, with its time, outputs that are integrated over time, and values at the first events
+    (`AtEvents`).
     """
 
     events: int = 1
     maxima: tuple[str, ...] = ()
     minima: tuple[str, ...] = ()
     integrals: tuple[str, ...] = ()
+    at_events: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0 <= self.events <= MAX_EVENTS_KEPT:
@@ -58,6 +85,32 @@ class BatchOutputs:
             refuse_unknown("output", name, outputs, "batch")
         return [outputs.index(name) for name in self.watched]
 
+    def samples(self, outline: Outline) -> list[tuple[int, int, int]]:
+        """Return kind, side and quantity of `at_events` as C reads them; InputError for others."""
+        known, rows = quantities_at_events(outline), []
+        for name in self.at_events:
+            at = checked_at_events(name, outline, "batch: at_events")
+            place = SIDES.index(at.side), known.index(at.quantity)
+            rows.append(([str(k) for k in outline.kinds].index(at.kind), *place))
+        return rows
+
+
+def quantities_at_events(outline: Outline) -> tuple[str, ...]:
+    """Return the names of what has values at events: outputs, then states."""
+    return (*outline.output_names, *outline.state_names)
+
+
+def checked_at_events(name: str, outline: Outline, where: str) -> AtEvents:
+    """Return what a name stands for; InputError for an event or a quantity that there is not."""
+    at = AtEvents.of(name, outline.kinds)
+    if at is None:
+        raise InputError(
+            f"{where}: got {name!r}, need QUANTITY_before_EVENT or QUANTITY_after_EVENT. "
+            f"Events: {', '.join(map(str, outline.kinds))}."
+        )
+    refuse_unknown("quantity", at.quantity, quantities_at_events(outline), f"{where}: {name}")
+    return at
+
 
 @dataclass(frozen=True, eq=False)
 class BatchRows(Compared):
@@ -69,6 +122,7 @@ class BatchRows(Compared):
     `extremes` has maxima, then minima, value and time of each. `energy_residual` is the change of
     all energies from start to end, relative to the largest of them there, or to that by which the
     tolerance of the works is measured; inf where one is not finite, nan where no time passed.
+    `samples` has values at events, nan where there was none.
     """
 
     time: Array
@@ -83,6 +137,7 @@ class BatchRows(Compared):
     extremes: Array
     integrals: Array
     energy_residual: Array
+    samples: Array
 
     @classmethod
     def empty(cls, n: int, outline: Outline, kept: BatchOutputs) -> BatchRows:
@@ -101,6 +156,7 @@ class BatchRows(Compared):
             extremes=np.empty((n, len(kept.maxima + kept.minima), 2)),
             integrals=np.empty((n, len(kept.integrals))),
             energy_residual=np.empty(n),
+            samples=np.empty((n, len(kept.at_events), kept.events)),
         )
 
     def part(self, rows: Any) -> BatchRows:
@@ -150,6 +206,7 @@ class Kept(ctypes.Structure):
     """`BatchOutputs` as C reads it."""
 
     _fields_ = (
-        *((name, ctypes.c_int) for name in ("events", "maxima", "minima", "integrals")),
+        *((name, ctypes.c_int) for name in ("events", "maxima", "minima", "integrals", "samples")),
         ("of", ctypes.c_void_p),
+        ("sample", ctypes.c_void_p),
     )

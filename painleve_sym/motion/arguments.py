@@ -69,6 +69,7 @@ class BatchOptions(SharedArguments, total=False):
     maxima: Sequence[str]
     minima: Sequence[str]
     integrals: Sequence[str]
+    at_events: Sequence[str]
 
 
 class BatchArguments(BatchOptions, total=False):
@@ -134,7 +135,7 @@ def spelled_out(kind: _Kind) -> Callable[[_F], _F]:
     """Let the signature of a function name the keyword arguments of `kind`, as `help` shows it."""
     usual = {f.name: f.default for f in fields(RunSettings)}
     usual |= {"t_end": Parameter.empty, "events": 1}
-    usual |= dict.fromkeys(("maxima", "minima", "integrals"), ())
+    usual |= dict.fromkeys(("maxima", "minima", "integrals", "at_events"), ())
 
     def decorate(function: _F) -> _F:
         own = signature(function)

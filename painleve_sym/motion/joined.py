@@ -13,6 +13,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.automata.model import LOSSES
 from painleve_sym.codegen.tape import TapeOutputs
+from painleve_sym.engines.batch import AtEvents
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.motion.energy_gains import EnergyGain
 from painleve_sym.motion.pressed_start import PressedStart
@@ -303,6 +304,12 @@ class JoinedRecord:
     def pressed_starts(self) -> tuple[PressedStart, ...]:
         """Contacts that start pressed."""
         return self.pieces[0].record.pressed_starts
+
+    def at_events(self, name: str) -> Array:
+        """Return a quantity at every event of a kind; see `Trajectory.at_events`."""
+        records: list[Any] = [p.record for p in self.pieces]
+        has = [r for r in records if AtEvents.of(name, r.simulator.outline.kinds)]
+        return np.concatenate([record.at_events(name) for record in has or records[:1]])
 
     @cached_property
     def residual_at_events(self) -> float:

@@ -15,6 +15,7 @@ from painleve_sym.automata.model import ENERGIES, LOSSES
 from painleve_sym.automata.signature import mode_name
 from painleve_sym.choices import Record
 from painleve_sym.contact_rows import ContactRows
+from painleve_sym.engines.batch import checked_at_events, quantities_at_events
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.equality import Compared
@@ -215,6 +216,21 @@ class RunRecord:
                 )
             )
         return tuple(records)
+
+    def at_events(self, name: str) -> Array:
+        """Return a quantity at every event of a kind; see `Trajectory.at_events`."""
+        rows, outline = self.raw.event_records, self.simulator.outline
+        at = checked_at_events(name, outline, "trajectory: at_events")
+        times = rows.time[rows.kind == [str(k) for k in outline.kinds].index(at.kind)]
+        if at.side == "before":
+            places, side = np.searchsorted(rows.time, times), rows.before
+        else:
+            places, side = np.searchsorted(rows.time, times, side="right") - 1, rows.after
+        modes, states, memory = (values[places] for values in side)
+        outputs = self.simulator.integrator.outputs(modes, states, memory, self.constants)
+        column = quantities_at_events(outline).index(at.quantity)
+        every: Array = np.hstack([outputs, states])
+        return every[:, column]
 
     @cached_property
     def residual_at_events(self) -> float:

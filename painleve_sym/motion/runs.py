@@ -206,6 +206,9 @@ def simulate_batch(
         By default the processors this process may use.
     events : int
         How many event times of each kind are kept, the first ones; all are counted.
+    at_events : sequence of str
+        States or outputs that are kept at the first `events` events of a kind, just before or after
+        the instant: ``gap_rate_before_touchdown``; see `Trajectory.at_events`.
     maxima, minima, integrals : sequence of str
         Outputs (``normal_force``, ``compression``, …) of which the extreme over the run with its
         time, or the integral, is kept: that of ``normal_force`` is the normal impulse.

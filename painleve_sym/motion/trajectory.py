@@ -508,6 +508,39 @@ class Trajectory(Shown, Compared):
         of_kind = chosen(EventKind, kind, "kind of event", "trajectory")
         return tuple(e for e in self.events if e.kind is of_kind)
 
+    def at_events(self, name: str) -> Array:
+        """Return a state or output at every event of a kind, shape (events,), in its SI unit.
+
+        Parameters
+        ----------
+        name : str
+            ``QUANTITY_before_EVENT`` or ``QUANTITY_after_EVENT``, as in batches and sweeps: just
+            before or after all that happens at the instant of the event. The normal speeds of
+            impacts are ``gap_rate_before_touchdown`` and ``gap_rate_after_touchdown``, the
+            tangential ones those of ``slip_velocity``; of several contacts with the contact's name,
+            ``gap_rate_A_before_impact``.
+
+        Raises
+        ------
+        InputError
+            An event or a quantity that there is not; a motion from a file or another process.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 0.9}, t_end=0.2)
+        >>> for side in ("before", "after"):
+        ...     print(run.at_events(f"gap_rate_{side}_touchdown").round(3))
+        [-1.4]
+        [1.05]
+        """
+        if isinstance(self.record, StoredRecord):
+            raise InputError(
+                "trajectory: at_events: a motion from a file or another process keeps the states "
+                "after events alone. Fix: simulate it again."
+            )
+        return self.record.at_events(text_of(name, "trajectory: at_events"))
+
     @cached_property
     def final_outputs(self) -> dict[str, float]:
         """Forces, gap, energies … at the end."""

@@ -8,12 +8,12 @@
 #define PS_OPEN (PS_NV * (PS_LANES - 1) + 1)
 
 /* One row of each array per run; `times` (rows, kinds, events), `extremes` (rows, maxima + minima,
- * value and time), `integrals` (rows, integrals). */
+ * value and time), `integrals` (rows, integrals), `samples` (rows, samples, events). */
 typedef struct {
   double *t, *x, *z;
   int *mode, *reason, *transition;
   long *counters, *counts;
-  double *times, *extremes, *integrals, *energy_residual;
+  double *times, *extremes, *integrals, *energy_residual, *samples;
 } ps_ends;
 
 static void watch_start(ps_watch *w, const ps_kept *kept, const ps_ends *e, long i) {
@@ -24,6 +24,11 @@ static void watch_start(ps_watch *w, const ps_kept *kept, const ps_ends *e, long
   w->times = e->times + i * PS_NKIND * kept->events;
   w->extreme = (ps_extreme *)(e->extremes + i * 2 * extremes);
   w->integral = e->integrals + i * kept->integrals;
+  w->samples = e->samples + i * kept->samples * kept->events;
+  w->instant = -HUGE_VAL;
+  w->open = 0;
+  for (int k = 0; k < PS_NKIND; k++) w->sampled[k] = 0;
+  for (int k = 0; k < kept->samples * kept->events; k++) w->samples[k] = NAN;
   for (int k = 0; k < PS_NKIND; k++) w->count[k] = 0;
   for (int k = 0; k < PS_NKIND * kept->events; k++) w->times[k] = NAN;
   for (int k = 0; k < extremes; k++) w->extreme[k].value = w->extreme[k].time = NAN;
@@ -62,6 +67,7 @@ static void close_row(ps_open *a, const ps_ends *e) {
   ps_run *s = &a->run;
   long i = a->row;
   watch_now(s);
+  watch_after(s);
   e->t[i] = s->t_base + s->t;
   memcpy(e->x + i * PS_NX, s->x, sizeof s->x);
   memcpy(e->z + i * PS_NZ, s->z, sizeof(double) * PS_NZ);

@@ -56,6 +56,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     s->stop_transition = j;
     return;
   }
+  watch_before(s);
   tr->event(arg, res, s->iw, s->w, 0);
   ps_bits kept = PS_NPART && !timed && tr->target[0] == from ? *departs & ~((ps_bits)1 << j) : 0;
   *departs = 0;

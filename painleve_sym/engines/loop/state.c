@@ -82,10 +82,12 @@ typedef struct {
   double value, time;
 } ps_extreme;
 
-/* Which outputs are watched: indices of those with a maximum, a minimum, an integral, in turn. */
+/* Which outputs are watched: indices of those with a maximum, a minimum, an integral, in turn. Samples
+ * are values at events: of each the kind, 1 for after or 0 for before, and the index of an output or,
+ * behind the outputs, of a state. */
 typedef struct {
-  int events, maxima, minima, integrals;
-  const int *of;
+  int events, maxima, minima, integrals, samples;
+  const int *of, (*sample)[3];
 } ps_kept;
 
 /* What a batch keeps of the row that runs; see watch.c. */
@@ -93,8 +95,13 @@ typedef struct {
   const ps_kept *kept;
   int dense;
   long *count;
-  double *times, *integral;
+  double *times, *integral, *samples;
   ps_extreme *extreme;
+  /* Events whose values after them are known; the instant of the last ones, what was before it, and
+   * whether it is not over yet. */
+  long sampled[PS_NKIND];
+  double instant, before[PS_NO + PS_NX];
+  int open;
 } ps_watch;
 
 typedef struct {

@@ -7,11 +7,53 @@ static void watch_value(ps_extreme *e, double sign, double value, double t) {
   e->time = t;
 }
 
+/* Outputs and states at the present state. */
+static void sample_now(ps_run *s, double *values) {
+  double *res[1] = {values};
+  call(s, PS_MODES[s->mode].outputs, s->x, res);
+  memcpy(values + PS_NO, s->x, sizeof s->x);
+}
+
+/* Puts the values of one side of events of a kind into the samples, from one occurrence up to another. */
+static void keep_samples(ps_watch *w, int kind, int after, const double *values, long from, long to) {
+  const ps_kept *k = w->kept;
+  for (int i = 0; i < k->samples; i++) {
+    if (k->sample[i][0] != kind || k->sample[i][1] != after) continue;
+    for (long n = from; n < to && n < k->events; n++)
+      w->samples[i * k->events + n] = values[k->sample[i][2]];
+  }
+}
+
+/* Before the first event of an instant: what it changes is looked at. */
+static void watch_before(ps_run *s) {
+  ps_watch *w = s->watch;
+  if (!w || !w->kept->samples || w->instant == s->t_base + s->t) return;
+  w->instant = s->t_base + s->t;
+  sample_now(s, w->before);
+}
+
+/* After the last event of an instant. */
+static void watch_after(ps_run *s) {
+  ps_watch *w = s->watch;
+  double values[PS_NO + PS_NX];
+  if (!w || !w->open) return;
+  w->open = 0;
+  sample_now(s, values);
+  for (int k = 0; k < PS_NKIND; k++) {
+    keep_samples(w, k, 1, values, w->sampled[k], w->count[k]);
+    w->sampled[k] = w->count[k];
+  }
+}
+
 static void watch_event(ps_run *s, int kind) {
   ps_watch *w = s->watch;
   if (!w) return;
   const int events = w->kept->events;
   if (w->count[kind] < events) w->times[kind * events + w->count[kind]] = s->t_base + s->t;
+  if (w->kept->samples) {
+    keep_samples(w, kind, 0, w->before, w->count[kind], w->count[kind] + 1);
+    w->open = 1;
+  }
   w->count[kind]++;
 }
 

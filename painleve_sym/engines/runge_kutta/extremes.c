@@ -77,6 +77,7 @@ static void watch_extreme(ps_run *s, ps_extreme *e, double sign, int j, double h
 /* A step of length h from s->t, before it is taken. */
 static void watch_step(ps_run *s, double h, double row[][PS_NX]) {
   ps_watch *w = s->watch;
+  watch_after(s);
   if (!w || !w->dense) return;
   double u[7] = {0}, out[7][PS_NO];
   ps_moment at[7];

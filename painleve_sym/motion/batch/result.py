@@ -14,7 +14,7 @@ from painleve_sym.arrays import Array, table_library
 from painleve_sym.automata.signature import mode_name
 from painleve_sym.checks import names_of, text_of
 from painleve_sym.choices import Record
-from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
+from painleve_sym.engines.batch import COUNTERS, AtEvents, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, refuse_unknown
@@ -46,6 +46,8 @@ class BatchResult(Compared):
     - ``event_times``, shape ``(*shape, kinds, events)``, and ``event_counts``, ``(*shape, kinds)``:
       the same of all kinds;
     - ``max_OUTPUT``, ``max_OUTPUT_time``, ``min_…``, ``integral_OUTPUT``: where asked for;
+    - ``QUANTITY_before_EVENT``, ``QUANTITY_after_EVENT``, shape ``(*shape, events)``: values at
+      the first events, where asked for;
     - ``energy_residual``: the change of all energies from start to end, relative to the largest of
       them there, or to that by which the tolerance of the works is measured; inf where one is not
       finite, nan where no time passed;
@@ -137,6 +139,7 @@ class BatchResult(Compared):
         for k, name in enumerate(extremes):
             arrays |= {name: rows.extremes[:, k, 0], f"{name}_time": rows.extremes[:, k, 1]}
         arrays |= {f"integral_{n}": rows.integrals[:, k] for k, n in enumerate(kept.integrals)}
+        arrays |= {name: rows.samples[:, k] for k, name in enumerate(kept.at_events)}
         arrays["energy_residual"] = rows.energy_residual
         return arrays | {name: rows.counters[:, k] for k, name in enumerate(COUNTERS)}
 
@@ -313,7 +316,7 @@ class BatchResult(Compared):
 
 def event_dims(name: str) -> tuple[str, ...]:
     """Return the dimensions of a quantity besides those of the points."""
-    if name.startswith("times_of_"):
+    if name.startswith("times_of_") or AtEvents.of(name):
         return ("occurrence",)
     return {"event_times": ("event", "occurrence"), "event_counts": ("event",)}.get(name, ())
 

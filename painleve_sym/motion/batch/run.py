@@ -52,7 +52,7 @@ def run_batch(
     settings, others = separated(simulator.where, BatchArguments, options)
     kept = BatchOutputs(
         others.get("events", 1),
-        *(tuple(others.get(name, ())) for name in ("maxima", "minima", "integrals")),
+        *(tuple(others.get(name, ())) for name in ("maxima", "minima", "integrals", "at_events")),
     )
     given = simulator.given(parameters, others.get("law_parameters"))
     force, close = others.get("initial_force"), others.get("close")
@@ -94,6 +94,7 @@ def _thread_count(threads: int | None) -> int:
 
 def _check_outputs(simulator: Simulator, kept: BatchOutputs) -> None:
     kept.indices(simulator.outline.output_names)
+    kept.samples(simulator.outline)
     if kept.watched and not isinstance(simulator.integrator, CompiledEngine):
         raise InputError(
             f"{simulator.where}: {kept.watched[0]}: extremes and integrals need the compiled "
@@ -129,7 +130,7 @@ class _Batch:
                     continue
                 force = None if rows.force is None else float(rows.part(rows.force, i, i + 1)[0])
                 run = run_row(simulator, rows.row(i), self.options, Record.DENSE, force)
-                _fill(end, run, simulator.outline.kinds, self.kept.events)
+                _fill(end, run, simulator.outline.kinds, self.kept)
                 end.energy_residual[:] = _residual_of_ends(run)
         return ends
 
@@ -184,7 +185,7 @@ def _residual_of_ends(run: Trajectory) -> float:
     return balance_residual(terms, float(scale))
 
 
-def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) -> None:
+def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], kept: BatchOutputs) -> None:
     row.time[:], row.state[0], row.memory[0] = run.final_time, run.final_state, run.final_memory
     row.mode[:], row.transition[:] = run.final_mode, -1
     row.reason[:] = ROW_REASONS.index(run.stop_reason)
@@ -193,7 +194,11 @@ def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) 
     for k, kind in enumerate(kinds):
         times = [e.time for e in run.events_of(kind)]
         row.event_counts[0, k] = len(times)
-        row.event_times[0, k, : len(times[:events])] = times[:events]
+        row.event_times[0, k, : len(times[: kept.events])] = times[: kept.events]
+    row.samples[:] = np.nan
+    for k, name in enumerate(kept.at_events):
+        values = run.at_events(name)[: kept.events]
+        row.samples[0, k, : len(values)] = values
 
 
 def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:

@@ -17,7 +17,7 @@ from painleve_sym.at.closing import unknowns
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.checks import number, whole_number
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
+from painleve_sym.engines.batch import MAX_EVENTS_KEPT, AtEvents, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -188,7 +188,9 @@ class Sweep:
         named = ["stop_reason", "energy_residual"]
         for name in self.keep or ("time", *self.mechanism.state_names):
             named.append(name)
-            if _lists_events(name):  # the counts come with the times
+            if at := AtEvents.of(name):
+                named.append(f"count_of_{at.kind}")
+            elif _lists_events(name):  # the counts come with the times
                 named.append(name.replace("times_of_", "count_of_").replace("_times", "_counts"))
         return tuple(dict.fromkeys(named))
 
@@ -204,12 +206,14 @@ class Sweep:
     @cached_property
     def batch_outputs(self) -> BatchOutputs:
         """Per-run outputs to record, besides the end of the run."""
-        names = [name.removesuffix("_time") for name in self.keep]
+        own = [name for name in self.keep if AtEvents.of(name) is None]
+        names = [name.removesuffix("_time") for name in own]
         watched = {
             kind: tuple(dict.fromkeys(n.removeprefix(p) for n in names if n.startswith(p)))
             for kind, p in (("maxima", "max_"), ("minima", "min_"), ("integrals", "integral_"))
         }
-        return BatchOutputs(self.events, **watched)
+        at_events = tuple(name for name in self.keep if AtEvents.of(name))
+        return BatchOutputs(self.events, **watched, at_events=at_events)
 
     # ---- checks, before anything runs ----
 
@@ -374,8 +378,8 @@ def _read_keep(faults: Faults, own: Mapping[str, Any]) -> tuple[str, ...]:
     if any(map(_lists_events, keep)) != ("events" in own):
         faults.fault(
             ("events",) if "events" in own else ("keep",),
-            "keep has event_times or times_of_EVENT, and events says how many of each kind: "
-            "give both or neither. Fix: such as events = 10.",
+            "keep has event_times, times_of_EVENT or values at events, and events says how many of "
+            "each kind: give both or neither. Fix: such as events = 10.",
         )
     return tuple(dict.fromkeys(keep))
 
@@ -395,10 +399,12 @@ def _unknown(name: str, ends: BatchResult) -> str:
     sentence = unknown_name("quantity", name, (*ends.names, "case")).partition(" Known:")[0]
     plain = sorted(n for n in (*ends.names, "case") if "_of_" not in n)
     return (
-        f"{sentence} Known: {', '.join(plain)}; time_of_, times_of_ and count_of_ with "
-        f"{', '.join(ends.kinds)}; max_, min_ and integral_ with an output."
+        f"{sentence} Known: {', '.join(plain)}; time_of_, times_of_, count_of_, QUANTITY_before_ "
+        f"and QUANTITY_after_ with {', '.join(ends.kinds)}; max_, min_ and integral_ with an "
+        "output."
     )
 
 
 def _lists_events(name: str) -> bool:
-    return name == "event_times" or name.startswith("times_of_")
+    listed = name == "event_times" or name.startswith("times_of_")
+    return listed or AtEvents.of(name) is not None
