@@ -5,6 +5,7 @@ from painleve_sym.at.jump import evaluate_jump as evaluate_jump
 from painleve_sym.c_export.export import export_c as export_c
 from painleve_sym.choices import EngineName as EngineName
 from painleve_sym.choices import Friction as Friction
+from painleve_sym.choices import ImpactFriction as ImpactFriction
 from painleve_sym.choices import Policy as Policy
 from painleve_sym.choices import Record as Record
 from painleve_sym.choices import Reload as Reload

@@ -32,6 +32,15 @@ class Restitution(enum.StrEnum):
     """The part e of the normal velocity comes back; it can add energy."""
 
 
+class ImpactFriction(enum.StrEnum):
+    """Which slip friction opposes in a rigid impact, a choice that rigid bodies leave open."""
+
+    PATH = "path"
+    """The slip of each moment, along the path of the impulse: Routh's construction."""
+    FINAL_SLIP = "final_slip"
+    """The slip after the impact, as in time stepping: Moreau; with Newton's law alone."""
+
+
 class Policy(enum.StrEnum):
     """Choice of a rigid contact where several motions are possible."""
 
@@ -91,6 +100,7 @@ class Interpolation(enum.StrEnum):
 
 EngineLike: TypeAlias = EngineName | Literal["auto", "compiled", "taylor", "erk"]
 RestitutionLike: TypeAlias = Restitution | Literal["energetic", "poisson", "newton"]
+ImpactFrictionLike: TypeAlias = ImpactFriction | Literal["path", "final_slip"]
 PolicyLike: TypeAlias = Policy | Literal["liftoff", "slip", "impact"]
 ReloadLike: TypeAlias = Reload | Literal["elastic", "virgin"]
 FrictionLike: TypeAlias = Friction | Literal["coulomb", "static", "stribeck", "spring"]

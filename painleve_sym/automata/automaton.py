@@ -281,7 +281,8 @@ class Impacts:
     contact forces, m/s², (nq, 2 n) of the directions, the change of the generalised velocities by
     each impulse, (n,) of the friction, and (2 n,) of the speeds of the surfaces and of the
     `contact_velocity`, that of the contacts as the generalised velocities give it; m/s. The
-    `coefficient` is that of restitution.
+    `coefficients` are those of restitution, one for each of the `rigid`. Friction opposes the slip
+    after the impact where it is by the `final_slip`, else that of each moment.
     """
 
     rigid: tuple[int, ...]
@@ -297,8 +298,9 @@ class Impacts:
     drive_speeds: tuple[sp.Expr, ...]
     contact_velocity: tuple[sp.Expr, ...]
     restitution: str
-    coefficient: sp.Expr
+    coefficients: tuple[sp.Expr, ...]
     target: str
+    final_slip: bool = False
 
     kinds = (EventKind.IMPACT, EventKind.SETTLE)
     """Kinds of its events: an impact, and the end of bounces that have died out."""
@@ -510,7 +512,10 @@ class HybridAutomaton(Compared):
             yield f"part {part.name!r}", parts
         if (i := self.impacts) is not None:
             matrices = (i.mobility, i.load, i.directions, i.friction, i.drive_speeds)
-            yield "impacts", [*(e for m in matrices for e in m), *i.contact_velocity, i.coefficient]
+            yield (
+                "impacts",
+                [*(e for m in matrices for e in m), *i.contact_velocity, *i.coefficients],
+            )
 
     def _assigned(self) -> Iterator[tuple[str, list[sp.Symbol]]]:
         """Yield the symbols that each place gives new values."""

@@ -124,7 +124,7 @@ class ContactModel:
             raise InputError(
                 f"{name}: rigid contacts: got laws with {first} and with {second}, "
                 "and contacts that have an impact together follow one law. "
-                "Fix: give all rigid contacts the same restitution law and policy."
+                "Fix: give all rigid contacts the same choices; each has its own coefficient."
             )
         spring = [w for w in self.compliant.values() if w.choices.get("friction") == "spring"]
         if rigid and any(law.depends_on_rate for law in spring):
@@ -199,12 +199,13 @@ class ContactModel:
 
     @property
     def rigid_law(self) -> RigidLaw:
-        """The law of all rigid contacts; the default one where only guides are rigid."""
+        """The choices of all rigid contacts; the default ones where only guides are rigid."""
         return next(iter(self._rigid_laws), RigidLaw())
 
     @property
     def _rigid_laws(self) -> list[RigidLaw]:
-        return list(dict.fromkeys(law for law in self.laws if isinstance(law, RigidLaw)))
+        every = (law for law in self.laws if isinstance(law, RigidLaw))
+        return list({tuple(law.choices.items()): law for law in every}.values())
 
     @cached_property
     def definition(self) -> str:

@@ -43,6 +43,7 @@ from painleve_sym.automata.interfaces import Interface, zero_factor
 from painleve_sym.automata.model import CONTACT, MOTION, START
 from painleve_sym.automata.rigid import RigidContact, RigidInterface
 from painleve_sym.automata.tangential_spring import SpringInterface, TangentialSpringContact
+from painleve_sym.choices import ImpactFriction
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.laws.contact_kind import ContactKind
@@ -414,7 +415,6 @@ class PluralContacts(ContactStates):
         """Impacts of the rigid contacts; None where there is none."""
         if not self.model.rigid:
             return None
-        has_law = self.model.of_kind(ContactKind.RIGID)
         own, given, rigid = self._symbols, self.contact_set, self.model.rigid_law
         return Impacts(
             rigid=self.model.rigid,
@@ -436,9 +436,13 @@ class PluralContacts(ContactStates):
                 v for r in self.rows for v in (r.contact.gap_rate, r.contact.slip_velocity)
             ),
             restitution=rigid.restitution,
-            # Guides alone, or among compliant contacts, have no law: nothing approaches them.
-            coefficient=rigid.parameters[0].symbol if has_law else _ZERO,
+            # A guide has none: nothing approaches it.
+            coefficients=tuple(
+                law.parameters[0].symbol if law.parameters else _ZERO
+                for law in (self.model.own_laws[i] for i in self.model.rigid)
+            ),
             target=CONTACT,
+            final_slip=rigid.impact_friction is ImpactFriction.FINAL_SLIP,
         )
 
     @cached_property

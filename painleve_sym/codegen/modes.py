@@ -152,7 +152,7 @@ class AutomatonFunctions:
         if given is None:
             return []
         matrices = (given.mobility, given.load, given.directions)
-        rows = [given.friction, given.drive_speeds, given.contact_velocity, (given.coefficient,)]
+        rows = [given.friction, given.drive_speeds, given.contact_velocity, given.coefficients]
         columns = [*(list(m.T) for m in matrices), *map(list, rows)]
         return [self._translate.vector(c) for c in columns]
 

@@ -6,14 +6,15 @@ The layouts are those of ``loop/impulse.c`` and ``loop/impact.c``, whose numbers
 from __future__ import annotations
 
 import ctypes
-import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.choices import ImpactFriction, ImpactFrictionLike, chosen
 from painleve_sym.codegen.compile import load as compiled
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.c_texts import engine_texts
@@ -27,7 +28,7 @@ from painleve_sym.engines.simultaneous import (
     Straight,
 )
 from painleve_sym.errors import InputError
-from painleve_sym.laws.restitution import Measure, RestitutionLaw
+from painleve_sym.laws.restitution import Measure, RestitutionLaw, check_final_slip
 from painleve_sym.problem.array_checks import finite_array
 from painleve_sym.problem.complementarity.solution_sets import BoolArray
 from painleve_sym.problem.impact.inputs import impact_inputs
@@ -48,10 +49,10 @@ _LIBRARY = """
 {}
 __attribute__((visibility("default"))) int ps_impact(
     const double *W, const double *mu, const double *v, const int *held, const double *pressing,
-    int measure, int power, double e, double *velocity, double *impulse, double *work,
-    ps_listener listener) {{
-  return follow_impact(PS_RIGID, W, mu, v, held, pressing, measure, power, e, velocity, impulse,
-                       work, listener);
+    const double *e, int measure, int power, int final_slip, double *velocity, double *impulse,
+    double *work, ps_listener listener) {{
+  return follow_impact(PS_RIGID, W, mu, v, held, pressing, measure, power, final_slip, e, velocity,
+                       impulse, work, listener);
 }}
 """
 
@@ -78,8 +79,8 @@ class PathReader:
             *(("mu", rigid), ("v", rows), ("border", rigid)),
         )
         self._step = doubles(
-            *("kind", "e", "length", "end", "contact", "work", "alone", "unknowns"),
-            *(("row", rows), ("column", (rows, rows))),
+            *("kind", "length", "end", "contact", "work", "alone", "unknowns"),
+            *(("row", rows), ("e", rigid), ("column", (rows, rows))),
             *((name, rows) for name in vectors),
             *((name, rigid) for name in numbers),
         )
@@ -93,8 +94,8 @@ class PathReader:
         elif kind == STEP:
             self._steps.append(read(self._step, address))
 
-    def path(self, bilateral: BoolArray, law: RestitutionLaw, e: float) -> PathRecord:
-        """Return the last path."""
+    def path(self, bilateral: BoolArray, law: RestitutionLaw, e: Array) -> PathRecord:
+        """Return the last path; e of each contact."""
         begun = self._begun
         n = int(begun["n"])
         size = ContactRows(n).size
@@ -120,7 +121,7 @@ def _step(step: Any, n: int, size: int) -> Straight | AtOnce:
     if step["kind"] != STRAIGHT:
         return AtOnce(
             weighs=step["kind"] == WEIGHS,
-            e=None if math.isnan(step["e"]) else float(step["e"]),
+            e=None if np.isnan(step["e"][0]) else step["e"][:n],
             velocities=v,
             impulses=push,
             rates=rates,
@@ -151,8 +152,7 @@ def _impact(contacts: int) -> Callable[..., int]:
     parts = engine_texts("loop/rows", "loop/linear", "loop/problem", "loop/impulse")
     impact: Any = compiled(_LIBRARY.format(contacts, "\n".join(parts))).ps_impact
     address = ctypes.c_void_p
-    numbers = ctypes.c_int, ctypes.c_int, ctypes.c_double
-    impact.argtypes = (*[address] * 5, *numbers, *[address] * 4)
+    impact.argtypes = (*[address] * 6, *[ctypes.c_int] * 3, *[address] * 4)
     return impact  # type: ignore[no-any-return]
 
 
@@ -161,8 +161,9 @@ def solve_simultaneous_impact(
     mu: Array,
     velocity: Array,
     restitution: RestitutionLaw | str = "energetic",
-    e: float = 0.75,
+    e: ArrayLike = 0.75,
     *,
+    impact_friction: ImpactFrictionLike = ImpactFriction.PATH,
     load: Array | None = None,
     bilateral: BoolArray | None = None,
 ) -> SimultaneousImpact:
@@ -179,8 +180,14 @@ def solve_simultaneous_impact(
         all v_n = 0 the impact without collision is meant; m/s.
     restitution : RestitutionLaw, or its name, one of {"energetic", "poisson", "newton"}
         The first two never add energy over ground at rest, Newton's can; `notice` says so.
-    e : float
-        Coefficient of restitution of all contacts, in [0, 1].
+    e : float, or array_like of shape (n,)
+        Coefficient of restitution of all contacts, or of each, in [0, 1].
+    impact_friction : ImpactFriction or its text
+        Which slip friction opposes: that of each moment along the ``path`` of the impulse, or the
+        ``final_slip`` alone, 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0 with friction against v_t⁺ (Moreau), which
+        takes Newton's law. Of several such impulses it is that of the least normal impulse, and
+        `SimultaneousImpact.is_unique` says so. Without collision it is the stop, v_n⁺ ≥ 0 with
+        friction against v_t⁺ and a change of the velocity.
     load : ndarray, shape (2 n,), optional
         Accelerations without contact forces; where several impacts without collision are possible,
         the one whose contacts they press most is taken; m/s².
@@ -202,23 +209,25 @@ def solve_simultaneous_impact(
     if bilateral is not None:
         held = np.asarray(bilateral, dtype=bool).reshape(-1)
     where = "solve simultaneous impact"
+    friction = chosen(ImpactFriction, impact_friction, "impact friction", where)
     given = impact_inputs(W, mu, velocity, restitution, e, where=where, bilateral=held.tolist())
-    W, mu, v = (np.array(a) for a in given[:3])
+    W, mu, v, shares = (np.array(a) for a in (*given[:3], given.e))
     law = given.law
+    check_final_slip(friction, law, where)
     at = ContactRows(len(mu))
     pressing = np.zeros(len(mu)) if load is None else _load(load, at, where)
     results, sides = np.zeros((3, at.size)), np.ascontiguousarray(held, dtype=np.intc)
     reader = PathReader(len(mu))
     with listening(reader, at.size) as heard:
         ended = _impact(len(mu))(
-            *(a.ctypes.data for a in (W, mu, v, sides, pressing)),
+            *(a.ctypes.data for a in (W, mu, v, sides, pressing, shares)),
             MEASURES.index(law.measure),
             law.power,
-            e,
+            friction is ImpactFriction.FINAL_SLIP,
             *(row.ctypes.data for row in results),
             heard,
         )
-    path, velocities = reader.path(held, law, e), results[0]
+    path, velocities = reader.path(held, law, shares), results[0]
     parted = bool(np.any(velocities[at.normals] > 0))
     end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
     return SimultaneousImpact(
@@ -245,7 +254,7 @@ def _pieces(path: PathRecord) -> tuple[ImpulsePiece, ...]:
             continue
         else:
             impulses, after = step.impulses, step.rates.copy()
-            after[normals] -= (step.e or 0.0) * step.velocities[normals]
+            after[normals] -= step.rebound * step.velocities[normals]
         works = impulses * (step.velocities + after) / 2
         pieces.append(
             ImpulsePiece(

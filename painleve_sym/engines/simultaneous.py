@@ -26,7 +26,8 @@ are of one.
 
 Newton's law has no path of several contacts: where more than one of them pushes, it is one
 complementarity problem, 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0 with friction against v_t⁺ (Moreau). Where only
-one pushes, the border is −e v_n⁻ in place of 0.
+one pushes, the border is −e v_n⁻ in place of 0. By the choice `ImpactFriction.FINAL_SLIP` every
+impact is that problem, also of one contact.
 
 A guide holds from both sides: its v_n is 0 all along the path, and its dP_n, of either sign, is
 what keeps it there, with |dP_t| ≤ μ |dP_n|. It takes no energy but by friction. With friction such
@@ -112,24 +113,29 @@ class Straight(NamedTuple):
 class AtOnce(NamedTuple):
     """Impulses of one local mode for each contact, which make the rates of `rows` vanish.
 
-    Where it `weighs` only the weights follow from it; else it continues the path. The coefficient
-    of restitution is None for a stop. The rates are the velocities before, without what rebounds,
-    + W impulses, all of shape (2 n,); `columns` are the directions of the impulses, shape
-    (2 n, len(rows)).
+    Where it `weighs` only the weights follow from it; else it continues the path. The coefficients
+    of restitution, shape (n,), are None for a stop. The rates are the velocities before, without
+    what rebounds, + W impulses, all of shape (2 n,); `columns` are the directions of the impulses,
+    shape (2 n, len(rows)).
     """
 
     weighs: bool
-    e: float | None
+    e: Array | None
     velocities: Array
     impulses: Array
     rates: Array
     rows: tuple[int, ...]
     columns: Array
 
+    @property
+    def rebound(self) -> Array | float:
+        """Coefficients of restitution, 0 for a stop."""
+        return 0.0 if self.e is None else self.e
+
     def is_alone(self, W: Array, mu: Array, bilateral: BoolArray) -> bool:
         """Return whether no other impulses of the law were possible."""
         aim = self.velocities.copy()
-        aim[ContactRows(len(mu)).normals] *= 1 + (self.e or 0.0)
+        aim[ContactRows(len(mu)).normals] *= 1 + self.rebound
         problem = ContactProblem(W, aim, mu, np.zeros(len(mu)), bilateral)
         solutions = problem.solutions()
         if self.e is None:  # a stop has to change the velocities
@@ -144,7 +150,7 @@ class PathRecord(NamedTuple):
     """Course of an impact, in numbers of order 1.
 
     2**mass of W are 1 kg⁻¹, and 2**speed of the velocity at its start are 1 m/s. Shapes are
-    (2 n, 2 n), (2 n,), and (n,) of `mu`, `bilateral` and `border` (v_n without restitution to
+    (2 n, 2 n), (2 n,), and (n,) of `mu`, `bilateral`, `e` and `border` (v_n without restitution to
     give). The steps are in order.
     """
 
@@ -154,7 +160,7 @@ class PathRecord(NamedTuple):
     border: Array
     bilateral: BoolArray
     law: RestitutionLaw
-    e: float
+    e: Array
     mass: int
     speed: int
     steps: tuple[Straight | AtOnce, ...]

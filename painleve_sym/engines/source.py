@@ -263,6 +263,7 @@ def _impacts(functions: AutomatonFunctions) -> list[str]:
         "SPEEDS": len(given.velocities),
         "IMPACT_MEASURE": f"PS_BY_{law.measure.upper()}",
         "IMPACT_POWER": law.power,
+        "IMPACT_FINAL_SLIP": int(given.final_slip),
         "IMPACT_TARGET": functions.mode_index[given.target],
         "IMPACT_KIND": automaton.kinds.index(given.kinds[0]),
         "SETTLE_KIND": automaton.kinds.index(given.kinds[1]),

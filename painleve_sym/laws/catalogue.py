@@ -6,7 +6,7 @@ import functools
 from collections.abc import Iterable, Iterator, Mapping
 
 from painleve_sym.checks import text_of
-from painleve_sym.choices import Friction, Policy, Reload, Restitution
+from painleve_sym.choices import Friction, ImpactFriction, Policy, Reload, Restitution
 from painleve_sym.errors import InputError, received, refuse_unknown, unknown_name
 from painleve_sym.laws.compliant_laws import COMPLIANT_LAWS
 from painleve_sym.laws.contact_law import ContactLaw
@@ -19,6 +19,7 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
     "reload": tuple(Reload),
     "friction": tuple(Friction),
     "restitution": tuple(Restitution),
+    "impact_friction": tuple(ImpactFriction),
     "policy": tuple(Policy),
 }
 """Every named choice of a contact law and its values."""
@@ -144,7 +145,9 @@ def parameter_names() -> frozenset[str]:
     names = set[str]()
     for name in LAWS:
         plain = law(name)
-        own = [plain, *(law(name, **{k: v}) for k in all_choices(plain) for v in CHOICES[k])]
+        # The friction of an impact has no parameter, and one of its values takes Newton's law.
+        kinds = [k for k in all_choices(plain) if k != "impact_friction"]
+        own = [plain, *(law(name, **{k: v}) for k in kinds for v in CHOICES[k])]
         names |= {p.name for one in own for p in one.parameters}
     return frozenset(names)
 

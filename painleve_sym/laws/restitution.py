@@ -8,7 +8,8 @@ from functools import cached_property, reduce
 from operator import mul
 from typing import TYPE_CHECKING, TypeVar
 
-from painleve_sym.errors import refuse_unknown
+from painleve_sym.choices import ImpactFriction, Restitution
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.mechanics.declarations import Parameter
 
 if TYPE_CHECKING:
@@ -165,6 +166,19 @@ def energetic() -> RestitutionLaw:
 
 RESTITUTIONS = {law.name: law for law in (newton(), poisson(), energetic())}
 """The restitution laws by name."""
+
+
+def check_final_slip(
+    impact_friction: ImpactFriction, law: str | RestitutionLaw, where: str
+) -> None:
+    """Raise InputError where friction is to oppose the final slip, and the law is not Newton's."""
+    name = str(law) if isinstance(law, str) else law.name
+    if impact_friction is ImpactFriction.FINAL_SLIP and name != Restitution.NEWTON:
+        raise InputError(
+            f"{where}: impact_friction: got 'final_slip' with the restitution law {name!r}, need "
+            "'newton': the other laws compare compression and restitution along a path. Fix: take "
+            "the restitution 'newton', or impact_friction='path'."
+        )
 
 
 def restitution_law(name: str) -> RestitutionLaw:

@@ -97,7 +97,7 @@ class Simulator(Compared, MechanismWithLaws):
     >>> block = model("block-two-feet")
     >>> simulator = Simulator(block, {"A": law("rigid"), "B": law("hertz")})
     >>> [p.name for p in simulator.own_parameters]
-    ['e_energetic', 'E_B', 'nu_B', 'R_B', 'n_B', 'l_0_B']
+    ['e_energetic_A', 'E_B', 'nu_B', 'R_B', 'n_B', 'l_0_B']
     """
 
     def __repr__(self) -> str:

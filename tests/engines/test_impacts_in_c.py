@@ -18,11 +18,14 @@ from tests.scenes import FEET, simulator
 from tests.support.numpy_impact import path_in_numpy
 
 LAWS = ("energetic", "poisson", "newton")
+FINAL_SLIP = "newton by the final slip"
 
 
-def in_c(W, mu, v, held, restitution, e, load):
+def in_c(W, mu, v, held, restitution, e, load, impact_friction="path"):
     """Return whether it ends, velocities, impulses and works."""
-    impact = solve_simultaneous_impact(W, mu, v, restitution, e, load=load, bilateral=held)
+    impact = solve_simultaneous_impact(
+        W, mu, v, restitution, e, impact_friction=impact_friction, load=load, bilateral=held
+    )
     ended = impact.end is not ImpactEnd.JAM
     return ended, impact.velocities, impact.impulses, impact.works
 
@@ -72,6 +75,9 @@ QUICK_PATHS = {
     (2, False, "newton"),
     (2, True, "energetic"),
     (3, True, "newton"),
+    (1, False, FINAL_SLIP),
+    (2, False, FINAL_SLIP),
+    (2, True, FINAL_SLIP),
 }
 
 
@@ -82,20 +88,22 @@ QUICK_PATHS = {
         if (n, guided, name) in QUICK_PATHS
         else pytest.param(n, count, guided, name, marks=pytest.mark.slow)
         for (n, count), guided, name in itertools.product(
-            [(1, 500), (2, 300), (3, 50)], [False, True], LAWS
+            [(1, 500), (2, 300), (3, 50)], [False, True], [*LAWS, FINAL_SLIP]
         )
     ],
 )
 def test_c_follows_the_path_of_numpy(restitution, n, count, guided):
-    rng = np.random.default_rng(n + 10 * LAWS.index(restitution))
-    jams = 0
+    rng = np.random.default_rng(n + 10 * [*LAWS, FINAL_SLIP].index(restitution))
+    final, jams = restitution == FINAL_SLIP, 0
+    restitution = "newton" if final else restitution
     for k in range(count):
         kind = KINDS[k % len(KINDS)]
         W, mu, v, held = scene(rng, n, kind, guided)
-        e = [0.0, 1.0, rng.uniform()][rng.integers(3)]
+        e = [0.0, 1.0, rng.uniform(), rng.uniform(size=n)][rng.integers(4)]
         b = rng.normal(size=2 * n)
-        want = path_in_numpy(W, mu, v, restitution, e, load=b, bilateral=held)
-        ended, velocity, impulse, work = in_c(W, mu, v, held, restitution, e, b)
+        want = path_in_numpy(W, mu, v, restitution, e, final_slip=final, load=b, bilateral=held)
+        by = "final_slip" if final else "path"
+        ended, velocity, impulse, work = in_c(W, mu, v, held, restitution, e, b, by)
         assert ended is (want.end is not ImpactEnd.JAM), (k, W, mu, v, e)
         if not ended:
             jams += 1

@@ -17,5 +17,5 @@ def test_choices_that_differ_are_kept_by_contact():
 def test_choices_that_agree_keep_their_name():
     virgin = law("bilinear-hertz", reload="virgin")
     laws = LawsByContact({"A": virgin, "B": law("rigid"), "C": virgin})
-    rigid = {"restitution": "energetic", "policy": "liftoff"}
+    rigid = {"restitution": "energetic", "impact_friction": "path", "policy": "liftoff"}
     assert laws.choices == {"reload": "virgin"} | rigid

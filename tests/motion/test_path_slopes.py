@@ -12,7 +12,8 @@ from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.motion.sensitivity.path_slopes import ImpactData, impact_slopes, least_norm_slopes
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 
-LAW = st.sampled_from(sorted(RESTITUTIONS))
+FINAL_SLIP = "newton by the final slip"
+LAW = st.sampled_from([*sorted(RESTITUTIONS), FINAL_SLIP])
 SEED = st.integers(0, 2**32 - 1)
 
 
@@ -30,7 +31,7 @@ def data(u, n, walls, held):
     velocity = shaken @ speeds[:6]
     if held:
         velocity = velocity - np.eye(2 * n)[0] * velocity[0]
-    return W, speeds[6 : 6 + n], velocity, speeds[-1]
+    return W, speeds[6 : 6 + n], velocity, speeds[6 + n :]
 
 
 def scene(seed, n, held):
@@ -38,9 +39,9 @@ def scene(seed, n, held):
     rng = np.random.default_rng(seed)
     while True:
         walls = rng.random(n) < 0.4
-        mu, e = 10 ** rng.uniform(-1.5, 0.3, n), rng.uniform(0.1, 0.95)
+        mu, e = 10 ** rng.uniform(-1.5, 0.3, n), rng.uniform(0.1, 0.95, n)
         body = [rng.uniform(-1, 1, 2 * n), 10 ** rng.uniform(-0.5, 0.5, 6), rng.normal(size=6)]
-        u = np.concatenate([*body, mu, [e]])
+        u = np.concatenate([*body, mu, e])
         if np.all(data(u, n, walls, held)[2][2 * held :: 2] < 0):
             return u, walls, rng.normal(size=len(u))
 
@@ -48,7 +49,8 @@ def scene(seed, n, held):
 def solved(u, n, walls, held, law):
     W, mu, v, e = data(u, n, walls, held)
     bilateral = np.arange(n) < held
-    return solve_simultaneous_impact(W, mu, v, law, e, bilateral=bilateral)
+    name, by = ("newton", "final_slip") if law == FINAL_SLIP else (law, "path")
+    return solve_simultaneous_impact(W, mu, v, name, e, impact_friction=by, bilateral=bilateral)
 
 
 def numbers(impact):
@@ -58,7 +60,7 @@ def numbers(impact):
 def slopes(impact, W, mu, v, e, tolerance=1e-8):
     """Return the derivatives of `numbers` in one direction."""
     floor = np.max(np.abs(impact.velocities_before), keepdims=True)
-    columns = W[..., None], mu[:, None], v[:, None], np.array([e])
+    columns = W[..., None], mu[:, None], v[:, None], np.broadcast_to(e, mu.shape)[:, None]
     slopes = impact_slopes(impact.path, ImpactData(*columns, floor, tolerance))
     return np.concatenate([slopes.velocities, slopes.impulses, slopes.works])[:, 0]
 

@@ -300,7 +300,7 @@ def test_feet_that_touch_just_before_a_rigid_one_do_not_slip_without_end():
         law_parameters={
             "E_left": 108758881.0758459,
             "E_right": 25167224.34611439,
-            "e_energetic": 1.0,
+            "e_energetic_middle": 1.0,
         },
     )
     assert run.stop_reason is ps.StopReason.T_END
@@ -385,7 +385,7 @@ def test_a_rigid_foot_does_not_jam_where_a_soft_one_separates():
         law_parameters={
             "E_left": 9076060.599591434,
             "k_right": 14523.597897218177,
-            "e_energetic": 0.0,
+            "e_energetic_middle": 0.0,
         },
     )
     assert run.stop_reason is ps.StopReason.T_END

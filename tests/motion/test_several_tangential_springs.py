@@ -164,7 +164,7 @@ def test_stiff_springs_are_coulomb_friction_while_the_feet_slide():
 
 @pytest.mark.slow
 def test_sprung_foot_beside_a_rigid_one_keeps_its_energy():
-    soft = {"E_A": 2e7, "tangential_stiffness_A": 5e4, "e_energetic": 0.3}
+    soft = {"E_A": 2e7, "tangential_stiffness_A": 5e4, "e_energetic_B": 0.3}
     run = simulator(FEET, "A=hertz/spring,B=rigid").run(
         STARTS["tilted drop"], parameters=soft, t_end=0.2
     )

@@ -161,8 +161,9 @@ def test_an_open_contact_is_left_out():
 
 
 def test_rigid_contacts_of_one_mechanism_follow_one_law():
-    for other in (RigidLaw("newton"), RigidLaw("poisson", "slip")):
-        with pytest.raises(InputError, match="the same restitution law and policy"):
+    own = RigidLaw("newton", impact_friction="final_slip")
+    for other in (RigidLaw("newton"), RigidLaw("poisson", "slip"), own):
+        with pytest.raises(InputError, match="all rigid contacts the same choices"):
             Simulator(model("block-two-feet"), {"A": RigidLaw("poisson"), "B": other})
 
 

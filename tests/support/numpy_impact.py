@@ -55,8 +55,9 @@ def path_in_numpy(
     mu: Array,
     velocity: Array,
     restitution: str = "energetic",
-    e: float = 0.75,
+    e: float | Array = 0.75,
     *,
+    final_slip: bool = False,
     load: Array | None = None,
     bilateral: BoolArray | None = None,
 ) -> SimultaneousImpact:
@@ -65,13 +66,17 @@ def path_in_numpy(
     held = np.zeros(len(mu), dtype=bool) if bilateral is None else np.asarray(bilateral, dtype=bool)
     # Powers of two leave every digit.
     mass, speed = binary_exponent(*np.diag(W).tolist()), binary_exponent(*v.tolist())
-    path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), held, restitution, e)
+    shares = np.broadcast_to(np.asarray(e, dtype=float), len(mu))
+    path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), held, restitution, shares)
     normals = path.rows.normals
     pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[normals]
-    ended = path.follow(np.where(held, 0.0, pressing))
+    if final_slip:
+        ended = path.take_at_once(shares if np.any(v[normals] < 0) else None)
+    else:
+        ended = path.follow(np.where(held, 0.0, pressing))
     pushed = (~held & (piece.impulses[normals] != 0) for piece in path.pieces)
     active = {int(i) for pushing in pushed for i in np.flatnonzero(pushing)}
-    if restitution == "newton" and len(active) > 1 and np.any(v[normals] < 0):
+    if not final_slip and restitution == "newton" and len(active) > 1 and np.any(v[normals] < 0):
         ended = path.restart_at_once()
     pieces = tuple(
         ImpulsePiece(
@@ -89,7 +94,7 @@ def path_in_numpy(
         end = ImpactEnd.JAM
     steps = tuple(path.steps)
     own = path.W, mu, path.start, path.border, held
-    record = PathRecord(*own, restitution_law(restitution), e, mass, speed, steps)
+    record = PathRecord(*own, restitution_law(restitution), shares, mass, speed, steps)
     return SimultaneousImpact(end, v, np.ldexp(path.v, speed), pieces, record)
 
 
@@ -124,7 +129,7 @@ class _Path:
     """The path of an impact as it is followed; its numbers are of order 1."""
 
     def __init__(
-        self, W: Array, mu: Array, v: Array, held: BoolArray, restitution: str, e: float
+        self, W: Array, mu: Array, v: Array, held: BoolArray, restitution: str, e: Array
     ) -> None:
         self.W, self.mu, self.held, self.restitution, self.e = W, mu, held, restitution, e
         self.v, self.start = v.copy(), v
@@ -192,15 +197,15 @@ class _Path:
         """Set dP_n/dτ of the contacts that push, the largest 1, by what would stop them at once."""
         self.weights = np.ones(len(self.mu))
         if len(self.mu) > 1:
-            none = np.zeros_like(self.v)
-            nothing = AtOnce(True, 0.0, self.v, none, none, (), np.empty((len(none), 0)))
-            solution = self._at_once(0.0, weighs=True) or nothing
+            none, still = np.zeros_like(self.v), np.zeros(len(self.mu))
+            nothing = AtOnce(True, still, self.v, none, none, (), np.empty((len(none), 0)))
+            solution = self._at_once(still, weighs=True) or nothing
             stops = np.where(self.held, 0.0, solution.impulses[self.normals])
             if np.any(stops > 0):
                 self.weights = stops / np.max(stops)
             self.steps.append(solution)
 
-    def _at_once(self, e: float | None, weighs: bool = False) -> AtOnce | None:
+    def _at_once(self, e: Array | None, weighs: bool = False) -> AtOnce | None:
         """Return impulses P and rates a = aim + W P with 0 ≤ P_n ⟂ a_n ≥ 0, friction against a_t.
 
         A guide has a_n = 0 and |P_n| in its friction. Those of least normal impulse of the
@@ -211,7 +216,7 @@ class _Path:
         velocities. Where it `weighs` only the weights follow from it.
         """
         W, aim, moving = self.W, self.v.copy(), e is None
-        aim[self.normals] -= -(e or 0.0) * self.v[self.normals]
+        aim[self.normals] -= -_share_of(e) * self.v[self.normals]
         if self._is_singular:
             W = W + _REGULAR * (float(np.max(np.diag(W))) or 1.0) * np.eye(len(aim))
         solution = self._least(W, aim, moving)
@@ -303,7 +308,7 @@ class _Path:
         self.pieces, self.steps, self.v = [], [], self.start
         return self.take_at_once(self.e)
 
-    def take_at_once(self, e: float | None) -> bool:
+    def take_at_once(self, e: Array | None) -> bool:
         """Continue by Newton's law for all contacts at once; False without a solution.
 
         Without e it is a stop that has to change the velocities.
@@ -312,7 +317,7 @@ class _Path:
         if solution is None:
             return False
         self.v = solution.rates.copy()
-        self.v[self.normals] += -(e or 0.0) * before[self.normals]
+        self.v[self.normals] += -_share_of(e) * before[self.normals]
         works = solution.impulses * (before + self.v) / 2
         self.pieces.append(ImpulsePiece(solution.impulses, self.v, works))
         self.steps.append(solution)
@@ -541,8 +546,12 @@ class _Path:
         poisson = self.restitution == "poisson"
         given_back = impulse if poisson else impulse * twice_mean / 2
         if self._compresses(i, push, rates):
-            return budget + self.e * impulse if poisson else budget - self.e**2 * given_back
+            return budget + self.e[i] * impulse if poisson else budget - self.e[i] ** 2 * given_back
         return max(0.0, budget - given_back) if budget > 0 else 0.0
+
+
+def _share_of(e: Array | None) -> Array | float:
+    return 0.0 if e is None else e
 
 
 def _crossing(value: float, rate: float) -> Iterator[float]:

@@ -18,7 +18,7 @@ static const int PS_WINDOWS[] = {1, 2, 3, 5, 8};
 typedef struct {
   double W[PS_CONTACT_ROWS * PS_CONTACT_ROWS], load[PS_CONTACT_ROWS];
   double directions[PS_SPEEDS * PS_CONTACT_ROWS], mu[PS_CONTACTS], drive[PS_CONTACT_ROWS];
-  double velocity[PS_CONTACT_ROWS], e[1];
+  double velocity[PS_CONTACT_ROWS], e[PS_RIGID];
 } ps_contact_numbers;
 
 /* What a listener hears of an impact or a closing: the contacts and rows that take part, whether it is the
@@ -227,13 +227,14 @@ static int impact_at(ps_run *s, const ps_options *o, double *x, double *impulses
   ps_contact_numbers c;
   int closed[PS_RIGID], held[PS_RIGID], row[PS_ROWS], n = 0, ended;
   double W[PS_ROWS * PS_ROWS], mu[PS_RIGID] = {0}, v[PS_ROWS], load[PS_RIGID], after[PS_ROWS];
-  double P[PS_ROWS], work[PS_ROWS], normal = 0, tangential = 0, before[PS_NX];
+  double P[PS_ROWS], work[PS_ROWS], e[PS_RIGID], normal = 0, tangential = 0, before[PS_NX];
   memcpy(before, x, sizeof before);
   contact_numbers_of(s, x, &c);
   for (int k = 0; k < PS_RIGID; k++) {
     const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]];
     if (x[at[PS_GAP]] > 0 || x[at[PS_GAP_RATE]] > 0) continue;
     held[n] = PS_BILATERAL[k];
+    e[n] = c.e[k];
     closed[n++] = PS_RIGID_CONTACT[k];
   }
   for (int i = 0; i < PS_SIZE(n); i++) row[i] = PS_ROW(closed[PS_CONTACT_OF(i)], PS_AXIS_OF(i));
@@ -246,8 +247,8 @@ static int impact_at(ps_run *s, const ps_options *o, double *x, double *impulses
     mu[i] = c.mu[closed[i]];
     load[i] = c.load[PS_N(closed[i])];
   }
-  ended = follow_impact(n, W, mu, v, held, load, PS_IMPACT_MEASURE, PS_IMPACT_POWER, c.e[0], after, P,
-                        work, o->listener);
+  ended = follow_impact(n, W, mu, v, held, load, PS_IMPACT_MEASURE, PS_IMPACT_POWER,
+                        PS_IMPACT_FINAL_SLIP, e, after, P, work, o->listener);
   if (!ended) return 0;
   for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
   for (int i = 0; i < n; i++) {

@@ -31,12 +31,12 @@ typedef struct {
 } ps_course;
 
 /* A straight piece, dP/dtau = push, with `end` what ends it after `length` at a contact; or impulses `push`
- * at once, by Newton's law with e, nan for a stop. Both are `fixed` + the columns times unknowns, which
+ * at once, by Newton's law with e of each contact, nan for a stop. Both are `fixed` + the columns times unknowns, which
  * make the rates of `row` vanish. `alone`: no other straight piece was possible. */
 enum { PS_STRAIGHT, PS_ALL_AT_ONCE, PS_WEIGHS };
 enum { PS_BORDER, PS_ENERGY_BACK, PS_SLIP_ZERO, PS_SPENT };
 typedef struct {
-  double kind, e, length, end, contact, work, alone, unknowns, row[PS_ROWS];
+  double kind, length, end, contact, work, alone, unknowns, row[PS_ROWS], e[PS_RIGID];
   double column[PS_ROWS][PS_ROWS], fixed[PS_ROWS], v[PS_ROWS], push[PS_ROWS], rates[PS_ROWS];
   double after[PS_ROWS], budget[PS_RIGID], budget_after[PS_RIGID], compresses[PS_RIGID];
   double rubs[PS_RIGID];
@@ -47,7 +47,7 @@ typedef struct {
   int n, measure, singular, guides, mass, speed;
   ps_listener listener; /* or NULL */
   const int *held; /* contacts that hold from both sides */
-  double share;
+  double share[PS_RIGID]; /* e^power of each contact */
   ps_square W;
   double mu[PS_RIGID], v[PS_ROWS], start[PS_ROWS];
   double border[PS_RIGID], budget[PS_RIGID], weight[PS_RIGID], work;
@@ -76,7 +76,7 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
   ps_problem p;
   ps_pieces pieces;
   int shown[PS_RIGID], possible = 0;
-  double best[PS_ROWS], least[2] = {0}, now[PS_ROWS], terms;
+  double best[PS_ROWS], least[3] = {0}, now[PS_ROWS], terms;
   scaled_problem(n, W, aim, path->mu, path->held, &p);
   for (int i = 0; i < n; i++) {
     ps_piece *offered = pieces.offered[i];
@@ -85,15 +85,17 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
   }
   take_first(n, &pieces);
   do {
-    double sum[2] = {0};
+    double sum[3] = {0}, missed;
     for (int i = 0; i < n; i++) shown[i] = pieces.taken[i]->mode;
-    if (impulses_of(&p, pieces.taken, now) && cleaned_impulses(&p, shown, now) <= PS_RESIDUAL &&
+    if (impulses_of(&p, pieces.taken, now) && (missed = cleaned_impulses(&p, shown, now)) <= PS_RESIDUAL &&
         (!moving || changes_velocity(&p, now))) {
+      /* With a little mobility added, other shares of the same impulses miss the laws by that little. */
+      sum[0] = missed > PS_NOISE;
       for (int i = 0; i < n; i++) {
         const double normal = now[PS_N(i)];
-        sum[path->held[i] != 0] += (path->held[i] ? fabs(normal) : normal) * p.unit[PS_N(i)];
+        sum[1 + (path->held[i] != 0)] += (path->held[i] ? fabs(normal) : normal) * p.unit[PS_N(i)];
       }
-      for (int i = 0; i < 2; i++) sum[i] = rounded_to_nine(sum[i]);
+      for (int i = 1; i < 3; i++) sum[i] = rounded_to_nine(sum[i]);
       if (!possible || is_less(&p, sum, now, least, best)) {
         shown_modes(&p, now, shown);
         memcpy(mode, shown, sizeof shown);
@@ -420,7 +422,7 @@ static double restitution_after(const ps_path *path, int i, double length, doubl
   const int kinetic = path->measure == PS_BY_IMPULSE;
   double given_back = kinetic ? impulse : impulse * twice_mean / 2;
   if (compresses(path, i, push, rates))
-    return budget + path->share * (kinetic ? given_back : -given_back);
+    return budget + path->share[i] * (kinetic ? given_back : -given_back);
   return budget > 0 ? PS_MAX(0, budget - given_back) : 0;
 }
 
@@ -486,17 +488,17 @@ static double piece_length(const ps_path *path, const double *push, const double
   return step->length;
 }
 
-/* Newton's law for all contacts at once from the present velocity, and `moving` where it has to change;
- * 0 without a solution. */
-static int take_at_once(ps_path *path, double e, int moving) {
+/* Newton's law for all contacts at once from the present velocity with e of each, or NULL for a stop, by
+ * which the velocity has to change; 0 without a solution. Friction opposes the slip after it. */
+static int take_at_once(ps_path *path, const double *e) {
   double aim[PS_ROWS] = {0}, P[PS_ROWS] = {0}, a[PS_ROWS] = {0}, rebound[PS_ROWS];
   ps_step step = {0};
   for (int i = 0; i < PS_SIZE(path->n); i++) {
-    rebound[i] = PS_AXIS_OF(i) ? 0 : -e * path->v[i];
+    rebound[i] = PS_AXIS_OF(i) || !e ? 0 : -e[PS_CONTACT_OF(i)] * path->v[i];
     aim[i] = path->v[i] - rebound[i];
   }
-  if (!impulses_at_once(path, aim, moving, P, a, &step)) return 0;
-  step.e = moving ? NAN : e;
+  if (!impulses_at_once(path, aim, !e, P, a, &step)) return 0;
+  for (int i = 0; i < path->n; i++) step.e[i] = e ? e[i] : NAN;
   if (path->listener) tell_step(path, &step, PS_ALL_AT_ONCE, path->v, P, a);
   for (int i = 0; i < PS_SIZE(path->n); i++) {
     double after = a[i] + rebound[i];
@@ -525,21 +527,26 @@ static int restart_at_once(ps_path *path) {
     path->impulses[i] = path->works[i] = 0;
   }
   tell_course(path);
-  return take_at_once(path, path->share, 0);
+  return take_at_once(path, path->share);
+}
+
+static int collides_anywhere(const ps_path *path) {
+  int any = 0;
+  for (int i = 0; i < path->n; i++) any |= path->v[PS_N(i)] < 0;
+  return any;
 }
 
 /* Follows the path to where no contact pushes; 0 where it never gets there. */
 static int follow_path(ps_path *path, const double *pressing) {
   double push[PS_ROWS] = {0}, rates[PS_ROWS] = {0}, v[PS_ROWS];
-  int collides = 0, first = 1;
-  for (int i = 0; i < path->n; i++) collides |= path->v[PS_N(i)] < 0;
+  int collides = collides_anywhere(path), first = 1;
   tell_course(path);
   if (collides) weigh(path);
   for (int piece = 0; piece < PS_PIECES; piece++) {
     ps_step step = {0};
     if (!choose_push(path, first && !collides ? pressing : NULL, push, &step)) {
       /* Friction of a guide leaves no slow way: it stops the slip at once. */
-      if (!path->guides || !take_at_once(path, 0, 1)) return 0;
+      if (!path->guides || !take_at_once(path, NULL)) return 0;
       first = 0;
       continue;
     }
@@ -585,14 +592,16 @@ static int is_singular(int n, ps_square W) {
 }
 
 /* The impact of n closed contacts, those `held` (n) from both sides: W (2n, 2n), mu (n), v_n and v_t (2n)
- * and, for an impact without collision, b_n (n). Writes velocities after it, impulses, and works of the
- * normal and tangential impulses, each of shape (2n); tells the listener, or NULL. 0 where it jams. */
+ * for an impact without collision b_n (n), and e (n). Along its path, or by the `final_slip` at once.
+ * Writes velocities after it, impulses, and works of the normal and tangential impulses, each of shape
+ * (2n); tells the listener, or NULL. 0 where it jams. */
 static int follow_impact(int n, const double *W, const double *mu, const double *v, const int *held,
-                         const double *pressing, int measure, int power, double e, double *velocity,
-                         double *impulse, double *work, ps_listener listener) {
+                         const double *pressing, int measure, int power, int final_slip,
+                         const double *e, double *velocity, double *impulse, double *work,
+                         ps_listener listener) {
   ps_path path;
   double largest = 0, fastest = 0;
-  int mass, speed, pushing = 0, collides = 0, ended;
+  int mass, speed, pushing = 0, collides, ended;
   memset(&path, 0, sizeof path);
   for (int i = 0; i < PS_SIZE(n); i++) {
     largest = PS_MAX(largest, fabs(W[i * PS_SIZE(n) + i]));
@@ -603,8 +612,6 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   frexp(fastest, &speed);
   path.n = n;
   path.measure = measure;
-  path.share = e;
-  for (int i = 1; i < power; i++) path.share *= e;
   path.held = held;
   path.mass = mass;
   path.speed = speed;
@@ -616,15 +623,22 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   }
   for (int i = 0; i < n; i++) {
     path.mu[i] = mu[i];
-    double rebound = -path.share * path.v[PS_N(i)];
+    path.share[i] = e[i];
+    for (int k = 1; k < power; k++) path.share[i] *= e[i];
+    double rebound = -path.share[i] * path.v[PS_N(i)];
     path.border[i] = measure == PS_BY_VELOCITY && rebound > PS_REST_SPEED ? rebound : 0;
     path.weight[i] = 1;
-    collides |= v[PS_N(i)] < 0;
   }
-  path.singular = (n > 1 || path.guides) && is_singular(n, path.W);
-  ended = follow_path(&path, pressing);
+  path.singular = (n > 1 || path.guides || final_slip) && is_singular(n, path.W);
+  collides = collides_anywhere(&path);
+  if (final_slip) {
+    tell_course(&path);
+    ended = take_at_once(&path, collides ? path.share : NULL);
+  } else
+    ended = follow_path(&path, pressing);
   for (int i = 0; i < n; i++) pushing += !held[i] && path.impulses[PS_N(i)] != 0;
-  if (measure == PS_BY_VELOCITY && pushing > 1 && collides) ended = restart_at_once(&path);
+  if (measure == PS_BY_VELOCITY && !final_slip && pushing > 1 && collides)
+    ended = restart_at_once(&path);
   for (int i = 0; i < PS_SIZE(n); i++) {
     /* Of a contact that others held, rounding may be left. */
     double rest = at_rest(&path, i);

@@ -260,10 +260,10 @@ static int impulses_of(const ps_problem *p, const ps_piece *const *taken, double
   return 1;
 }
 
-/* Whether the first impulses are less by their rounded sums, and then in their order. */
+/* Whether the first impulses are less by their residual and rounded sums, and then in their order. */
 static int is_less(const ps_problem *p, const double *sum, const double *P, const double *least,
                    const double *Q) {
-  for (int i = 0; i < 2; i++)
+  for (int i = 0; i < 3; i++)
     if (sum[i] != least[i]) return sum[i] < least[i];
   for (int entry = 0; entry < 2; entry++)
     for (int i = entry; i < PS_SIZE(p->n); i += PS_AXES)

@@ -98,13 +98,14 @@ class SensitiveImpacts:
         velocities = self._velocities[rows]
         parted = self._parted(change, jacobian, contacts)
         bilateral = np.array([i in self.given.bilateral for i in contacts])
+        own = [self.given.rigid.index(i) for i in contacts]
         path = impact_slopes(
-            self._paths.path(bilateral, restitution_law(self.given.restitution), float(given.e[0])),
+            self._paths.path(bilateral, restitution_law(self.given.restitution), given.e[own]),
             ImpactData(
                 W=slopes.W[np.ix_(rows, rows)],
                 mu=slopes.mu[contacts],
                 velocity=jacobian[velocities],
-                e=slopes.e[0],
+                e=slopes.e[own],
                 floor=float(np.max(np.abs(state[velocities]))) / self.sizes,
                 tolerance=self.tolerance,
             ),
@@ -156,7 +157,8 @@ class SensitiveImpacts:
         arrays = [np.array(r.full()) for r in results]
         n, nq = len(self._velocities), len(self._speeds)
         # Matrices are listed column by column.
-        shapes = ((n, n), (n,), (n, nq), (len(self._places),), (n,), (n,), (1,))
+        contacts, rigid = len(self._places), len(self.given.rigid)
+        shapes = ((n, n), (n,), (n, nq), (contacts,), (n,), (n,), (rigid,))
         values = (a.reshape(s) for a, s in zip(arrays[: len(shapes)], shapes, strict=True))
         slopes = (a.reshape(*s, -1) for a, s in zip(arrays[len(shapes) :], shapes, strict=True))
         return _Numbers(*values), _Numbers(*slopes)

@@ -32,9 +32,9 @@ _ROUNDING = 1e-12
 class ImpactData:
     """Derivatives of the data of an impact of n contacts in k directions.
 
-    Shapes are (2 n, 2 n, k) of W, (n, k) of mu, (2 n, k) of the velocity, and (k,). Derivatives of
-    velocities that are small against the floor count as 0, m/s per unit; `tolerance` is the part of
-    the terms of a derivative within which it is 0.
+    Shapes are (2 n, 2 n, k) of W, (n, k) of mu and e, (2 n, k) of the velocity, and (k,).
+    Derivatives of velocities that are small against the floor count as 0, m/s per unit; `tolerance`
+    is the part of the terms of a derivative within which it is 0.
     """
 
     W: Array
@@ -77,15 +77,17 @@ class _Slopes:
     def __init__(self, path: PathRecord, data: ImpactData) -> None:
         self.path, self.tolerance = path, data.tolerance
         self.W, self.mu = np.ldexp(data.W, -path.mass), data.mu
-        self.share_slopes = path.law.share_slope(path.e) * data.e
+        shares = path.e.tolist()
+        self.share = np.array([[path.law.share(e)] for e in shares])
+        self.share_slopes = np.array([[path.law.share_slope(e)] for e in shares]) * data.e
         self.velocity = np.ldexp(data.velocity, -path.speed)
         self.rows = ContactRows(len(self.mu))
         self.normals, self.tangentials = self.rows.normals, self.rows.tangentials
-        self.measure, self.share = path.law.measure, path.law.share(path.e)
+        self.measure = path.law.measure
         kinematic, v_n = self.measure is Measure.VELOCITY, path.velocity[self.normals]
         factor = self.share if kinematic else 0.0
         self.border = -factor * self.velocity[self.normals]
-        self.border -= kinematic * np.outer(v_n, self.share_slopes)
+        self.border -= kinematic * v_n[:, None] * self.share_slopes
         n, k = self.mu.shape
         self.budget, self.weights, self.work = np.zeros((n, k)), np.zeros((n, k)), np.zeros(k)
         self.impulses, self.works = np.zeros(self.velocity.shape), np.zeros(self.velocity.shape)
@@ -96,7 +98,7 @@ class _Slopes:
         # The last speed of an energetic restitution is a square root at e = 0.
         collides = bool(np.any(v_n < 0))
         energetic = self.measure is Measure.WORK
-        self.is_lost = energetic and path.e == 0 and collides and bool(np.any(data.e))
+        self.is_lost = energetic and collides and bool(np.any(data.e[path.e == 0]))
 
     # ---- a straight piece ----
 
@@ -169,7 +171,7 @@ class _Slopes:
 
         Friction changes the directions of slips.
         """
-        moved = np.zeros((*columns.shape, len(self.share_slopes)))
+        moved = np.zeros((*columns.shape, len(self.work)))
         share = np.abs(columns[self.normals]) * np.sign(columns[self.tangentials])
         moved[self.tangentials] = share[:, :, None] * self.mu[:, None, :]
         slopes = np.einsum("rjk,jc->rck", self.W[rows], columns)
@@ -204,7 +206,7 @@ class _Slopes:
             return
         given = step.push[self.normals] * step.event.length if kinetic else works[self.normals]
         change = impulses[self.normals] if kinetic else moved[self.normals]
-        stored = self.share * change + np.outer(given, self.share_slopes)
+        stored = self.share * change + given[:, None] * self.share_slopes
         stored = stored if kinetic else -stored
         spends = ~step.compresses & (step.budget > 0)
         self.budget = self.budget + np.where(step.compresses[:, None], stored, 0.0)
@@ -221,11 +223,11 @@ class _Slopes:
 
     def take(self, step: AtOnce) -> None:
         """Follow impulses of one mode for each contact."""
-        e, W, rows, U = step.e or 0.0, self.path.W, list(step.rows), step.columns
+        W, rows, U = self.path.W, list(step.rows), step.columns
         rebound = np.zeros_like(self.velocity)
-        rebound[self.normals] = -e * self.velocity[self.normals]
         if not step.weighs and step.e is not None:
-            rebound[self.normals] -= np.outer(step.velocities[self.normals], self.share_slopes)
+            rebound[self.normals] = -step.e[:, None] * self.velocity[self.normals]
+            rebound[self.normals] -= step.velocities[self.normals, None] * self.share_slopes
         aim, impulses = self.velocity - rebound, np.zeros_like(self.velocity)
         if rows:
             moved, slopes = self._columns(rows, U)

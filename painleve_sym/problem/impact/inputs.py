@@ -31,7 +31,7 @@ class ImpactInputs(NamedTuple):
     mu: tuple[float, ...]
     velocity: tuple[float, ...]
     law: RestitutionLaw
-    e: float
+    e: tuple[float, ...]
 
 
 def impact_inputs(
@@ -39,7 +39,7 @@ def impact_inputs(
     mu: Any,
     velocity: Any,
     restitution: RestitutionLaw | str,
-    e: float,
+    e: Any,
     *,
     where: str = "solve impact",
     in_one_plane: bool = True,
@@ -60,9 +60,9 @@ def impact_inputs(
         rows = [list(map(float, row)) for row in _plain(W)]
         v = tuple(map(float, _plain(velocity)))
         friction = tuple(map(float, _plain(mu))) if several else (float(mu),)
-        e = float(e)
+        shares = _shares(e, len(friction)) if several else (float(e),)
         sizes = (2 * len(friction),) if several else (2, 3)
-        fits = bilateral is None or len(bilateral) == len(friction)
+        fits = bilateral is None or len(bilateral) == len(friction) == len(shares)
         if not (fits and rows and len(rows) in sizes) or {len(v), *map(len, rows)} != {len(rows)}:
             raise ValueError
     except (TypeError, ValueError) as error:
@@ -70,13 +70,13 @@ def impact_inputs(
             f"{where}: got W = {W!r}, mu = {mu!r}, velocity = {velocity!r}, e = {e!r}, need "
             f"{_SEVERAL if several else _ONE}. Fix: check the shapes."
         ) from error
-    faults = _number_faults(rows, friction, v, e, several)
+    faults = _number_faults(rows, friction, v, shares, several)
     if not faults:
         faults = _mobility_faults(rows, in_one_plane, several)
     normal_velocities = v[:: len(v) // len(friction)]
     if min(friction) < 0 or max(normal_velocities) > 0 or (bilateral and any(bilateral)):
         faults += _sign_faults(friction, normal_velocities, bilateral)
-    if e < 0 or e > 1:
+    if min(shares) < 0 or max(shares) > 1:
         faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
     law = restitution
     if isinstance(law, str):
@@ -85,7 +85,13 @@ def impact_inputs(
         faults.append(unknown_name("restitution law", law, RESTITUTIONS))
     if faults or not isinstance(law, RestitutionLaw):
         raise InputError(f"{where}: " + " ".join(faults))
-    return ImpactInputs(_symmetric(rows), friction, v, law, e)
+    return ImpactInputs(_symmetric(rows), friction, v, law, shares)
+
+
+def _shares(e: Any, contacts: int) -> tuple[float, ...]:
+    """Return the coefficient of each contact; a number is that of all."""
+    given = tuple(map(float, np.ravel(e).tolist()))
+    return given * contacts if np.ndim(e) == 0 else given
 
 
 def _sign_faults(
@@ -123,11 +129,11 @@ def _number_faults(
     rows: Sequence[Sequence[float]],
     mu: Sequence[float],
     velocity: Sequence[float],
-    e: float,
+    e: Sequence[float],
     several: bool,
 ) -> list[str]:
     """Return a sentence for each number that is not finite or too large."""
-    sizes = [*map(abs, chain(*rows, mu, (e,), velocity))]
+    sizes = [*map(abs, chain(*rows, mu, e, velocity))]
     # A sum is nan where any number is.
     if max(sizes) <= LARGEST and math.isfinite(sum(sizes)):
         return []
@@ -137,7 +143,9 @@ def _number_faults(
         for a, row in zip(axes, rows, strict=True)
         for b, w in zip(axes, row, strict=True)
     }
-    entries |= {"mu" if axes[0] == "n" else f"mu_{k}": m for k, m in enumerate(mu, 1)} | {"e": e}
+    entries |= {"mu" if axes[0] == "n" else f"mu_{k}": m for k, m in enumerate(mu, 1)}
+    shared = e.count(e[0]) == len(e)
+    entries |= {"e": e[0]} if shared else {f"e_{k}": own for k, own in enumerate(e, 1)}
     entries |= {f"v_{a}": own for a, own in zip(axes, velocity, strict=True)}
     return [fault for name, number in entries.items() if (fault := checked_number(number, name)[1])]
 

@@ -208,7 +208,7 @@ def solve_impact(
     >>> [phase.name for phase in impact.phases]
     ['slip compression', 'slip restitution', 'sticking restitution']
     """
-    given, (mu,), before, law, e = impact_inputs(W, mu, velocity, restitution, e)
+    given, (mu,), before, law, (e,) = impact_inputs(W, mu, velocity, restitution, e)
     try:
         case, ended, phases = _course(given, mu, before, law.measure, law.share(e))
     except OverflowError as error:
