@@ -222,7 +222,7 @@ def _package_mark(name: str, file: str) -> str:
     return name
 
 
-_CODE = (".py", ".c", ".h")
+_CODE = (".py", ".c", ".h", ".toml")
 
 
 def _listed(folder: str) -> list[str]:

@@ -18,7 +18,7 @@ from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "mechanisms"
-FEET, LADDER = "block-two-feet", EXAMPLES / "ladder.toml"
+FEET, LADDER = "block-two-feet", "ladder"
 TABLE = EXAMPLES / "three-legged-table.toml"
 
 

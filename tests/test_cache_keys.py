@@ -93,7 +93,7 @@ def test_mark_of_a_package_changes_with_its_file(tmp_path, monkeypatch):
 def test_mark_of_code_changes_with_every_source_of_a_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(caching, "__file__", str(tmp_path / "cache.py"))
     (tmp_path / "laws" / "inner").mkdir(parents=True)
-    sources = [tmp_path / "laws" / n for n in ("a.py", "b.c", "inner/c.h")]
+    sources = [tmp_path / "laws" / n for n in ("a.py", "b.c", "inner/c.h", "inner/d.toml")]
     for path in (*sources, tmp_path / "laws" / "notes.md"):
         path.write_text("1")
 

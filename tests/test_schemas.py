@@ -27,7 +27,9 @@ SCHEMAS = {
 MECHANISM, SCENARIO, SWEEP = (SCHEMAS[name]["properties"] for name in SCHEMAS)
 PAGES = [*(ROOT / "docs").glob("*.md"), *(ROOT / "docs").glob("*/*.md")]
 FILES = [
-    ("mechanism", p.name, p.read_text("utf-8")) for p in ROOT.glob("examples/mechanisms/*.toml")
+    ("mechanism", p.name, p.read_text("utf-8"))
+    for folder in ("examples/mechanisms", "painleve_sym/mechanics/models/everyday")
+    for p in ROOT.glob(f"{folder}/*.toml")
 ]
 FILES += [("sweep", p.name, p.read_text("utf-8")) for p in ROOT.glob("examples/sweeps/*.toml")]
 

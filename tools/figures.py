@@ -112,15 +112,18 @@ def recipes() -> Iterator[tuple[tuple[Path, ...], Callable[[Path], None]]]:
 
 
 def films() -> Iterator[tuple[str, str]]:
-    """Yield the films of docs/animation.md with their commands."""
-    page = (ROOT / "docs" / "animation.md").read_text("utf-8")
-    for command, name in re.findall(r"^painleve (animate .* --out) (\S+\.gif)$", page, re.M):
-        yield name, command
+    """Yield the films of docs/animation.md and of everyday mechanisms with their commands."""
+    docs = ROOT / "docs"
+    for page in (docs / "animation.md", *sorted((docs / "everyday").glob("*.md"))):
+        folder = "everyday/" if page.parent.name == "everyday" else ""
+        text = page.read_text("utf-8")
+        for command, name in re.findall(r"^painleve (animate .* --out) (\S+\.gif)$", text, re.M):
+            yield folder + name, command
 
 
 def run_command(command: str, name: str, folder: Path) -> None:
     """Run a command of `painleve` that ends with the name of its file."""
-    _python("-m", "painleve_sym", *shlex.split(command), str(folder / name))
+    _python("-m", "painleve_sym", *shlex.split(command), str(folder / Path(name).name))
 
 
 def run_item(item: str, name: str, folder: Path) -> None:

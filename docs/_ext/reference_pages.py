@@ -27,7 +27,8 @@ from painleve_sym.cli.grammar import Parser, parsers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.doors import public_names
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.mechanics.models import MODELS, SPATIAL_MODELS
+from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import NAMED as MECHANISMS
 from painleve_sym.problem.solution import ContactCase
 from painleve_sym.quantities import QUANTITIES, quantity
 
@@ -118,7 +119,7 @@ def named_choices() -> str:
 
 def mechanisms() -> str:
     """Return one section per named mechanism: sketch, coordinates, parameters, start, source."""
-    return "\n".join(_mechanism(model_data(model(name))) for name in (*MODELS, *SPATIAL_MODELS))
+    return "\n".join(_mechanism(model_data(model(name))) for name in MECHANISMS)
 
 
 def _mechanism(data: Mapping[str, Any]) -> str:

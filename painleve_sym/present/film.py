@@ -80,9 +80,7 @@ class FilmPicture:
         self.strip = self.figure.add_axes((0.14, 0.38 / height, 0.81, 0.56 / height))
         self.arrows = [_Arrows(self.view.axes, scene, c, frame.size) for c in scene.contacts]
         self.clock = self.figure.text(0.05, 0.985, "", ha="left", va="top", fontsize=9)
-        self.label = self.figure.text(
-            0.95, 0.985, "", ha="right", va="top", fontsize=9, color=EVENT
-        )
+        self.label = self.figure.text(0.95, 0.94, "", ha="right", va="top", fontsize=8, color=EVENT)
         self._prepare_view()
         self._prepare_strip()
         moving_ground = scene.mechanism.depends_on_time and bool(scene.contacts)

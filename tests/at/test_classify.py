@@ -8,7 +8,6 @@ from painleve_sym.at.cases import contact_problem
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.problem import NormalCoefficients
 from painleve_sym.problem.solution import ContactCase
 from tests.scenes import LADDER, standing_body
@@ -42,7 +41,7 @@ def test_friction_of_any_size_has_its_solution():
     ],
 )
 def test_classify_takes_every_mechanism(name, state):
-    mechanism = load_mechanism(LADDER) if name == "ladder" else model(name)
+    mechanism = model(name)
     classification = ps.classify(mechanism, state or mechanism.start)
     data = classification.to_dict()
     assert set(data) == KEYS
@@ -54,7 +53,7 @@ def test_classify_takes_every_mechanism(name, state):
 def test_classify_away_from_the_wall_has_the_rows_of_the_floor():
     # A slender bar of mass m held by one end, by hand: the wall has no part in it.
     theta, m, g = 0.9, 5.0, 9.8
-    ladder = load_mechanism(LADDER)
+    ladder = model(LADDER)
     classification = ps.classify(ladder, {"x": 2.0, "theta": theta, "x_dot": -1.0})
     c, s = np.cos(theta), np.sin(theta)
     mobility = np.array([[1 + 3 * c**2, 3 * s * c], [3 * s * c, 1 + 3 * s**2]]) / m

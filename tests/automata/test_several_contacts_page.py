@@ -1,17 +1,13 @@
 """The formulas and numbers of docs/several-contacts.md."""
 
-from pathlib import Path
-
 import sympy as sp
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.mechanics.contact_set import ContactSet
-from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_ladder_has_the_determinant_of_the_page():
-    ladder = load_mechanism(ROOT / "examples" / "mechanisms" / "ladder.toml")
+    ladder = model("ladder")
     contacts = ContactSet(ladder)
     mu_f, mu_w, m, l, theta = sp.symbols("mu_f mu_w m l theta", positive=True)
     c, s = sp.cos(theta), sp.sin(theta)

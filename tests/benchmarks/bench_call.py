@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from painleve_sym.at.cases import classify
@@ -20,7 +19,6 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.laws.catalogue import Law, law
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.runs import simulate
 from painleve_sym.motion.simulator import Simulator
 from tests.support.paper_law import paper_law
@@ -39,7 +37,6 @@ NAMED_RATIOS |= {"classify, at rest": 4.5, "classify, two feet": 6.5}
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 FALL = {"x": 1.7, "y": 1.3, "theta": 0.9}
-LADDER = Path(__file__).parents[2] / "examples" / "mechanisms" / "ladder.toml"
 
 
 def cases() -> dict[str, tuple[Mechanism, Law, dict[str, Any]]]:
@@ -53,7 +50,7 @@ def cases() -> dict[str, tuple[Mechanism, Law, dict[str, Any]]]:
         "rod, compliant": (rod, hertz, {"state": TABLE_3, **impact}),
         "rod, rigid": (rod, law("rigid"), bounce),
         "block with two feet, rigid": (model("block-two-feet"), law("rigid"), block),
-        "ladder, compliant, in flight": (load_mechanism(LADDER), hertz, fall),
+        "ladder, compliant, in flight": (model("ladder"), hertz, fall),
     }
 
 

@@ -323,7 +323,7 @@ name = "A"
 point = ["x", "y"]
 friction = "mu"
 """
-_EXAMPLES = ("bead-in-groove", "belt-oscillator", "ladder", "oscillating-table", "rod")
+_EXAMPLES = ("bead-in-groove", "belt-oscillator", "wheel-on-slope", "oscillating-table", "rod")
 _TOML = (
     *("[coordinates]", "[[bodies]]", "[[contacts]]", "[start]", "[definitions]", "[forces]"),
     *("mass", "centre", "point", "friction", "curve", "slope", "disc", "gap", "slip_velocity"),

@@ -16,6 +16,7 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, ModelError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.mechanics import models
 from painleve_sym.mechanics.toml.faults import MAX_FAULTS_READ
 from painleve_sym.mechanics.toml.mechanism_file import (
     MAX_BYTES,
@@ -27,7 +28,13 @@ from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import by_symbol, derived, random_numbers
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "mechanisms"
-FILES = sorted(p.name for p in EXAMPLES.glob("*.toml"))
+EVERYDAY = Path(models.__file__).parent / "everyday"
+PATHS = {p.name: p for folder in (EXAMPLES, EVERYDAY) for p in sorted(folder.glob("*.toml"))}
+FILES = list(PATHS)
+OPEN = ("newtons-cradle.toml", "rocking-block.toml")
+"""They begin with an open contact."""
+RANK_ONE = ("drum-brake.toml", "newtons-cradle.toml")
+"""The point of contact moves along one line."""
 # Those that are derived for longest.
 LONG = ("three", "wheel", "elastic", "rod-on-ball", "chalk")
 
@@ -60,7 +67,7 @@ def faults_of(text):
 
 @pytest.fixture(scope="module")
 def examples():
-    return {name: load_mechanism(EXAMPLES / name) for name in FILES}
+    return {name: load_mechanism(path) for name, path in PATHS.items()}
 
 
 def test_examples_are_at_least_six():
@@ -95,8 +102,9 @@ def test_example_starts_in_contact_and_has_positive_mobility(examples, file):
         gap, rate, *W = numbers(
             [c.contact.gap, c.contact.gap_rate, c.W_nn, c.W_nt, c.W_nt, c.W_tt], at
         )
-        assert abs(gap) < 1e-12 and abs(rate) < 1e-12
-        assert np.all(np.linalg.eigvalsh(np.reshape(W, (2, 2))) > 0)
+        assert (abs(gap) < 1e-12 and abs(rate) < 1e-12) or (file in OPEN and gap > 1e-6)
+        least, greatest = np.linalg.eigvalsh(np.reshape(W, (2, 2)))
+        assert W[0] > 0 and least > (-1e-12 * greatest if file in RANK_ONE else 0)
     if len(mechanism.contacts) == 1 and not mechanism.contact.bilateral:
         assert classify(mechanism, mechanism.start).solutions is not None
 
@@ -119,7 +127,7 @@ def test_example_moves_softened_and_keeps_its_energy(examples, file):
 
 
 def test_model_takes_the_path_of_a_file():
-    assert model(str(EXAMPLES / "ladder.toml")).name == "ladder"
+    assert model(str(EXAMPLES / "rod-in-bowl.toml")).name == "rod-in-bowl"
 
 
 def test_file_with_bodies_springs_and_loads_is_the_named_mechanism():

@@ -258,7 +258,7 @@ MOTIONS = {
         {"k_A": 1e5, "c_A": 40.0},
     ),
     "ladder, rigid": Motion(
-        _example("ladder"), _plural(RigidLaw()), {"x": 1.7, "y": 1.3, "theta": 0.9}, 1.0, 3
+        _named("ladder"), _plural(RigidLaw()), {"x": 1.7, "y": 1.3, "theta": 0.9}, 1.0, 3
     ),
     "mass on an oscillating table": Motion(
         _example("oscillating-table"), rigid_simulator, {"y": 0.02, "x_dot": 0.1}, 0.5, 4
@@ -383,7 +383,7 @@ CONTACTS = {
     "two-link arm": (_named("two-link-arm"), dict(model("two-link-arm").start), {}),
     "block with two feet": (_named("block-two-feet"), {"x_A_dot": -0.5}, {"beta": 0.3}),
     "block with two feet, at rest": (_named("block-two-feet"), {}, {"beta": 0.3}),
-    "ladder": (_example("ladder"), dict(_example("ladder")().start), {}),
+    "ladder": (_named("ladder"), dict(_named("ladder")().start), {}),
     "oscillating table": (
         _example("oscillating-table"),
         {"t": 0.01, "x": 1.0, "y": 0.01 * np.sin(0.4), "y_dot": 0.4 * np.cos(0.4), "x_dot": 1.0},

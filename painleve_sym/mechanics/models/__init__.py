@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -41,7 +42,21 @@ SPATIAL_MODELS: Mapping[str, Callable[..., Mechanism]] = {
 }
 """Named mechanisms in space."""
 
-NAMED: Mapping[str, Callable[..., Mechanism]] = {**MODELS, **SPATIAL_MODELS}
+
+def _of_file(name: str) -> Mechanism:
+    from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+
+    return load_mechanism(Path(__file__).parent / "everyday" / f"{name}.toml")
+
+
+_EVERYDAY = (
+    *("drawer", "ladder", "door", "chalk", "drum-brake", "sprag", "lead-screw", "wheelbarrow"),
+    *("ball-on-slope", "slider-crank", "rocking-block", "newtons-cradle"),
+)
+EVERYDAY: Mapping[str, Callable[..., Mechanism]] = {n: partial(_of_file, n) for n in _EVERYDAY}
+"""Named mechanisms of everyday life, each a mechanism file."""
+
+NAMED: Mapping[str, Callable[..., Mechanism]] = {**MODELS, **SPATIAL_MODELS, **EVERYDAY}
 """All named mechanisms."""
 
 COUNTS: Mapping[str, tuple[str, ...]] = {"rod-bending": ("bending modes", "axial modes")}

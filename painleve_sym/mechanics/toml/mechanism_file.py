@@ -94,8 +94,8 @@ def load_mechanism(path: str | FilePath) -> Mechanism:
     Examples
     --------
     >>> from painleve_sym import load_mechanism
-    >>> load_mechanism("examples/mechanisms/ladder.toml")
-    Mechanism 'ladder': coordinates x, y, theta; contacts floor, wall
+    >>> load_mechanism("examples/mechanisms/rod-in-bowl.toml")
+    Mechanism 'rod-in-bowl': coordinates x, y, theta; contact end
     """
     where = f"mechanism file {path}"
     text = read_text(path, where, MAX_BYTES)
