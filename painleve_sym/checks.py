@@ -6,7 +6,7 @@ import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, Protocol
 
 from painleve_sym.errors import MAX_FAULTS, InputError, received, unknown_name
 from painleve_sym.units import in_unit
@@ -95,6 +95,8 @@ def whole_number(value: Any, name: str, *, where: str, lower: int, upper: int) -
 def by_name(value: Any, where: str, example: str = "{'theta': 1.0}") -> Mapping[str, Any]:
     """Return a mapping of names to values, empty for None; InputError for anything else.
 
+    Names may be given as symbols, and the whole as a Series of pandas.
+
     >>> by_name({"mu": 1.5}, "parameters")
     {'mu': 1.5}
     """
@@ -102,9 +104,93 @@ def by_name(value: Any, where: str, example: str = "{'theta': 1.0}") -> Mapping[
         return {}
     if isinstance(value, Mapping) and all(isinstance(name, str) for name in value):
         return value
+    if (named := _named(value)) is not None:
+        return named
     raise InputError(
         f"{where}: got {received(value)}, need a mapping of names to numbers, such as {example}."
     )
+
+
+def _named(value: Any) -> dict[str, Any] | None:
+    """Return the values of a mapping or Series by name; None where a key has none, or not its own.
+
+    A key is a text, or a symbol or function of SymPy, whose derivative by the time is a velocity.
+    """
+    if not callable(items := getattr(value, "items", None)):
+        return None
+    pairs = [(_key_name(key), own) for key, own in items()]
+    named = {name: own for name, own in pairs if name is not None}
+    return named if len(named) == len(pairs) else None
+
+
+def _key_name(key: Any) -> str | None:
+    """Return the name that a key stands for."""
+    if isinstance(key, str):
+        return str(key)
+    inner, count = getattr(key, "expr", None), getattr(key, "derivative_count", None)
+    if inner is not None and count is not None:
+        name = _key_name(inner)
+        return f"{name}_dot" if name and count == 1 else None
+    name = getattr(key, "name", None)
+    return name if isinstance(name, str) else None
+
+
+class Named(Protocol):
+    """Values by names, such as a dict, or a Series or DataFrame of pandas."""
+
+    def items(self) -> Iterable[tuple[Any, Any]]:
+        """Return names and values."""
+        ...
+
+
+class Numbers(Protocol):
+    """An array of NumPy, or what becomes one."""
+
+    def __array__(self, *arguments: Any, **options: Any) -> Any:
+        """Return the array."""
+        ...
+
+
+StateLike = Named | Sequence[float] | Numbers
+"""Values of states by names or symbols, or in the order of the mechanism's `state_names`."""
+
+
+def named_state(given: Any, names: Sequence[str], where: str) -> dict[str, Any]:
+    """Return the values of states by name; InputError, with the order of names, where it cannot.
+
+    Parameters
+    ----------
+    given : StateLike
+        A mapping or pandas Series (see `by_name`), or a list or array with a number for each name,
+        in their order; the last axis of an array of more dimensions is that of the names.
+    names : sequence of str
+    where : str
+
+    Examples
+    --------
+    >>> named_state([1.0, 2.0], ("x", "x_dot"), "state")
+    {'x': 1.0, 'x_dot': 2.0}
+    """
+    if type(given) is dict and all(type(name) is str for name in given):
+        return given
+    if (named := _named(given)) is not None:
+        return named
+    array = hasattr(given, "__array__") and getattr(given, "ndim", 0) > 0
+    if array or isinstance(given, list | tuple):
+        rows = list(_last_axis_first(given) if array else given)
+        if len(rows) == len(names):
+            return dict(zip(names, rows, strict=True))
+    raise InputError(
+        f"{where}: got {received(given)}, need a mapping of names to numbers, such as "
+        f"{{{names[0]!r}: 1.0}}, or {len(names)} numbers in the order {', '.join(names)}."
+    )
+
+
+def _last_axis_first(array: Any) -> Any:
+    """Return the entries of an array along its last axis."""
+    if array.ndim == 1:
+        return array.tolist()
+    return [array[..., k] for k in range(array.shape[-1])]
 
 
 def checked_values(

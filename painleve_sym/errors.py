@@ -36,7 +36,7 @@ def received(value: Any) -> str:
     """Return what a message says of a value of another type than needed: type and begin."""
     if value is None or isinstance(value, bool | int | float | str):
         return shortened(repr(value), MAX_SHOWN)
-    return f"{type(value).__name__} {shortened(repr(value), MAX_SHOWN)}"
+    return f"{type(value).__name__} {shortened(' '.join(repr(value).split()), MAX_SHOWN)}"
 
 
 class PainleveError(Exception):

@@ -149,9 +149,9 @@ def test_argument_of_a_wrong_type_is_one_clear_sentence(tmp_path, monkeypatch, n
     ("call", "sentence"),
     [
         (
-            lambda: ps.classify("rod", [0, 0, 1, -1, 0, 1]),
-            r"state of 'rod': got list \[0, 0, 1, -1, 0, 1\], need numbers by name\. "
-            r"Fix: dict\(zip\(mechanism\.state_names, \[0, 0, 1, -1, 0, 1\]\)\)\.",
+            lambda: ps.classify("rod", [0, 0, 1]),
+            r"state of 'rod': got list \[0, 0, 1\], need a mapping of names to numbers, such as "
+            r"{'x_A': 1\.0}, or 6 numbers in the order x_A, y_A, theta, x_A_dot, y_A_dot, theta_",
         ),
         (
             lambda: ps.simulate("rod", STATE, "hertz", t_end=1),

@@ -12,7 +12,7 @@ from painleve_sym.at.classification import Classification, classification
 from painleve_sym.at.closing import closing_hint
 from painleve_sym.at.delassus import ContactNumbers, Delassus
 from painleve_sym.at.inputs import border_notices, place_of, refuse_infinite, refuse_place
-from painleve_sym.checks import LARGEST
+from painleve_sym.checks import LARGEST, StateLike
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism, Place
@@ -40,7 +40,7 @@ def contact_problem(
 
 def classify(
     mechanism: MechanismLike,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     *,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,

@@ -12,7 +12,7 @@ import numpy as np
 
 from painleve_sym.at.closing import closed_state
 from painleve_sym.at.delassus import ContactNumbers, Delassus, domain_margins
-from painleve_sym.checks import LARGEST
+from painleve_sym.checks import LARGEST, StateLike
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contact_rows import axis_names
 from painleve_sym.errors import InputError
@@ -30,7 +30,7 @@ _REACHED = 1e-9
 
 def place_of(
     mechanism: MechanismLike,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
     contact_velocity: Sequence[float] | None = None,

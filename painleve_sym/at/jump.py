@@ -15,6 +15,7 @@ from painleve_sym.at.inputs import (
     refuse_infinite,
     refuse_place,
 )
+from painleve_sym.checks import StateLike
 from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.equality import Compared
@@ -173,7 +174,7 @@ class JumpResult(Shown, Compared):
 def evaluate_jump(
     mechanism: MechanismLike,
     restitution: RestitutionLaw | RestitutionLike,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     *,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,

@@ -11,6 +11,7 @@ import numpy as np
 from painleve_sym.at.cases import closed_contacts
 from painleve_sym.at.delassus import Delassus, argument_symbols
 from painleve_sym.at.inputs import inside, place_of
+from painleve_sym.checks import StateLike
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.equality import Compared
@@ -77,7 +78,7 @@ class TangentialImpact(Compared):
 
 def tangential_impact(
     mechanism: MechanismLike,
-    state: Mapping[str, Value],
+    state: StateLike,
     *,
     parameters: Mapping[str, Value] | None = None,
 ) -> TangentialImpact:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from painleve_sym.c_export.files import ExampleCode, clashing_name, files
-from painleve_sym.checks import names_of
+from painleve_sym.checks import StateLike, names_of
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.codegen.named_mechanisms import MechanismLike
@@ -53,7 +53,7 @@ class Export:
 def export_c(
     mechanism: MechanismLike,
     law: LawsLike,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     *,
     folder: str | Path,
     name: str | None = None,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.at.inputs import inside, place_of
-from painleve_sym.checks import by_name, number
+from painleve_sym.checks import StateLike, by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.engines.protocol import DEFAULT_RTOL
 from painleve_sym.equality import Compared
@@ -117,7 +117,7 @@ class Page(Compared):
 def explore(
     mechanism: MechanismLike,
     law: LawsLike | None = None,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     *,
     parameters: Mapping[str, Value] | None = None,
     law_parameters: Mapping[str, Value] | None = None,
@@ -177,7 +177,11 @@ def explore(
         from painleve_sym.explorer.wasm import described_module
 
         description, compiled = described_module(ModuleSource(mechanism, laws))
-        if close is None and (state is None or dict(state) == dict(mechanism.start)):
+        outline = mechanism.outline
+        given = (
+            None if state is None else outline.named_state(f"state of {mechanism.name!r}", state)
+        )
+        if close is None and given in (None, mechanism.start):
             state, notes = exact_start(mechanism)
     else:
         packed, description = stored
@@ -249,7 +253,7 @@ def _initial(
     mechanism: Mechanism,
     laws: Laws,
     description: Mapping[str, Any],
-    state: Mapping[str, Value] | None,
+    state: StateLike | None,
     parameters: Mapping[str, Value] | None,
     law_parameters: Mapping[str, Value] | None,
     initial_force: Value | None,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.checks import StateLike
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, NotPlanar, refuse_faulty, repeated, unknown_name
 from painleve_sym.hooks import upper
@@ -334,7 +335,7 @@ class Mechanism(Shown, Deferred):
 
     def at(
         self,
-        state: Mapping[str, Value] | None = None,
+        state: StateLike | None = None,
         parameters: Mapping[str, Value] | None = None,
         *,
         declared: ParameterSet | None = None,
@@ -344,9 +345,10 @@ class Mechanism(Shown, Deferred):
 
         Parameters
         ----------
-        state : mapping of str to (float or str), optional
-            Coordinates and velocities by name, those absent are 0; SI units, rad. The mechanism's
-            `start` where no state is given.
+        state : mapping of str to (float or str), Series, or array_like, optional
+            Coordinates and velocities by name or symbol, those absent are 0; SI units, rad. Or a
+            number for each of `state_names`, in their order. The mechanism's `start` where no state
+            is given.
         parameters : mapping of str to (float or str), optional
             Those absent have their defaults.
         declared : ParameterSet, optional
@@ -366,10 +368,11 @@ class Mechanism(Shown, Deferred):
         >>> place.state["y_A"], place.parameters["mu"]
         (0.0, 0.5)
         """
-        outline, state = self.outline, self.start if state is None else state
+        outline, of_state = self.outline, f"state of {self.name!r}"
+        given = self.start if state is None else outline.named_state(of_state, state)
         known = outline.declared if declared is None else declared
         values = known.values(where or repr(self.name), parameters)
-        return Place(self, outline.state(f"state of {self.name!r}", state), values, tuple(state))
+        return Place(self, outline.state(of_state, given), values, tuple(given))
 
     def casadi(self, quantity: str) -> Any:
         """Return a quantity of the mechanism as a CasADi function of its state and parameters.
@@ -482,8 +485,38 @@ class Mechanism(Shown, Deferred):
 
     @property
     def state_names(self) -> tuple[str, ...]:
-        """Names a state may use: those of `motion`."""
+        """Names a state may use, in the order of an array: coordinates, velocities, then ``t``.
+
+        ``t`` is there where the time itself occurs in a formula.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> rod = ps.models.rod()
+        >>> rod.state_names
+        ('x_A', 'y_A', 'theta', 'x_A_dot', 'y_A_dot', 'theta_dot')
+        >>> rod.at([0, 0, 1, -1, 0, 1]).state["theta"]
+        1.0
+        """
         return self.outline.state_names
+
+    @cached_property
+    def symbols(self) -> dict[str, Symbol]:
+        """Symbol of every state and parameter by name, as formulas of the mechanism have it.
+
+        They are real, so that ``expr.subs({"theta": 1})``, whose text SymPy reads as another
+        symbol, replaces nothing.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> rod = ps.models.rod()
+        >>> gap = rod.contact.gap
+        >>> gap, gap.subs({"y_A": 2}), gap.subs({rod.symbols["y_A"]: 2})
+        (y_A, y_A, 2)
+        """
+        own = (*self.motion, *(p.symbol for p in self.system.parameters))
+        return {symbol.name: symbol for symbol in own}
 
     @property
     def state_units(self) -> dict[str, str]:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
-from painleve_sym.checks import LARGEST, by_name, checked_values, text_of
+from painleve_sym.checks import LARGEST, checked_values, named_state, text_of
 from painleve_sym.contact_rows import ContactRows
-from painleve_sym.errors import InputError, received, refuse_unknown
+from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.mechanics.declarations import (
     TIME_NAME,
     Coordinate,
@@ -168,7 +168,7 @@ class MechanismOutline:
             refuse_unknown("contact", text_of(name, where), known, where)
         return replace(self, contacts=tuple(c for c in self.contacts if c.name in names))
 
-    def state(self, where: str, given: object) -> dict[str, float]:
+    def state(self, where: str, given: Mapping[str, Any]) -> dict[str, float]:
         """Return every coordinate and velocity, and ``t`` where it occurs; 0 if it is not given.
 
         A quaternion of which nothing is given turns nothing, and one within `UNIT_WITHIN` of unit
@@ -190,14 +190,12 @@ class MechanismOutline:
                 type(v) is float and abs(v) <= LARGEST for v in given.values()
             ):
                 return self.with_unit_quaternions(where, cast(dict[str, float], whole), given)
-        if isinstance(given, list | tuple) and len(given) == len(zeros):
-            raise InputError(
-                f"{where}: got {received(given)}, need numbers by name. "
-                f"Fix: dict(zip(mechanism.state_names, {list(given)}))."
-            )
-        named = by_name(given, where)
-        values = checked_values(where, "state", named, zeros, self.state_units.__getitem__)
-        return self.with_unit_quaternions(where, values, named)
+        values = checked_values(where, "state", given, zeros, self.state_units.__getitem__)
+        return self.with_unit_quaternions(where, values, given)
+
+    def named_state(self, where: str, given: object) -> dict[str, Any]:
+        """Return the values that are given, by name; see `checks.named_state`."""
+        return named_state(given, self.state_names, where)
 
     def part_fault(self, name: str) -> str:
         """Return why a part of a quaternion cannot vary by itself; empty for other names."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from painleve_sym.arrays import Array
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import inside
-from painleve_sym.checks import number
+from painleve_sym.checks import StateLike, number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import quantities
@@ -312,7 +312,7 @@ class CorrectedJump(Compared):
 def evaluate_corrected_jump(
     mechanism: MechanismLike,
     law: ContactLaw | str,
-    state: Mapping[str, Value],
+    state: StateLike,
     *,
     parameters: Mapping[str, Value] | None = None,
     initial_force: Value = 0.0,

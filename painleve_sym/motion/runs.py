@@ -8,8 +8,7 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Unpack
 
-from numpy.typing import ArrayLike
-
+from painleve_sym.checks import StateLike
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law
@@ -18,7 +17,6 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.arguments import BatchArguments, RunArguments, spelled_out
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
-from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.motion.batch.result import BatchResult
@@ -77,7 +75,7 @@ def simulator_of(
 def simulate(
     mechanism: MechanismLike,
     law: LawsLike,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     *,
     engine: EngineLike = EngineName.AUTO,
     **arguments: Unpack[RunArguments],
@@ -92,10 +90,11 @@ def simulate(
     mechanism : Mechanism, or its name, or the path of a mechanism file
     law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
         One law for all contacts, or the law of each by the contact's name.
-    state : mapping of str to (float or str), optional
-        Coordinates and velocities by name, SI units and rad; absent ones are 0. The mechanism's
-        `start` where no state is given. A negative gap is a compression, which only a compliant
-        contact may have.
+    state : mapping of str to (float or str), Series, or array_like, optional
+        Coordinates and velocities by name or symbol, SI units and rad; absent ones are 0. Or a
+        number for each of the mechanism's `state_names`, in their order. The mechanism's `start`
+        where no state is given. A negative gap is a compression, which only a compliant contact may
+        have.
     t_end : float or str
         s, > 0; or a text with its unit, such as ``1 ms``.
     until : EventKind, its text, or several
@@ -180,7 +179,7 @@ def simulate(
 def simulate_batch(
     mechanism: MechanismLike,
     law: LawsLike,
-    states: Mapping[str, ArrayLike],
+    states: StateLike,
     *,
     engine: EngineLike = EngineName.AUTO,
     **arguments: Unpack[BatchArguments],
@@ -194,8 +193,11 @@ def simulate_batch(
     ----------
     mechanism, law, engine
         As for `simulate`.
-    states, parameters, law_parameters : mapping of str to array_like
-        Numbers, or arrays that broadcast against each other.
+    states : mapping of str to array_like, DataFrame, or array_like
+        Numbers, or arrays that broadcast against each other; or one array whose last axis is that
+        of the mechanism's `state_names`.
+    parameters, law_parameters : mapping of str to array_like
+        Numbers, or arrays that broadcast.
     initial_force : array_like
         N.
     close : str, optional

@@ -12,7 +12,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import closed_place
-from painleve_sym.checks import by_name, names_of
+from painleve_sym.checks import StateLike, by_name, names_of
 from painleve_sym.codegen.mode_equations import (
     ModeEquations,
     casadi_equations,
@@ -193,9 +193,7 @@ class Simulator(Compared, MechanismWithLaws):
         return given
 
     @spelled_out(RunArguments)
-    def run(
-        self, state: Mapping[str, Value] | None = None, **arguments: Unpack[RunArguments]
-    ) -> Trajectory:
+    def run(self, state: StateLike | None = None, **arguments: Unpack[RunArguments]) -> Trajectory:
         """Integrate the motion from t = 0.
 
         Arguments, result and errors are those of `painleve_sym.simulate`.
@@ -304,7 +302,7 @@ class Simulator(Compared, MechanismWithLaws):
 
     def at(
         self,
-        state: Mapping[str, Value] | None = None,
+        state: StateLike | None = None,
         parameters: Mapping[str, Value] | None = None,
         law_parameters: Mapping[str, Value] | None = None,
         material: MaterialsLike | None = None,
@@ -320,7 +318,7 @@ class Simulator(Compared, MechanismWithLaws):
 
     def begin(
         self,
-        state: Mapping[str, Value] | None = None,
+        state: StateLike | None = None,
         *,
         parameters: Mapping[str, Value] | None = None,
         law_parameters: Mapping[str, Value] | None = None,
@@ -387,7 +385,7 @@ class Simulator(Compared, MechanismWithLaws):
     @spelled_out(RunArguments)
     def sensitivities(
         self,
-        state: Mapping[str, Value] | None,
+        state: StateLike | None,
         wrt: Sequence[str],
         **arguments: Unpack[RunArguments],
     ) -> SensitiveTrajectory:

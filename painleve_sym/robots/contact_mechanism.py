@@ -17,7 +17,7 @@ from painleve_sym.at.delassus import (
     NumericalMechanism,
 )
 from painleve_sym.at.sticking import sticking_formulas
-from painleve_sym.checks import by_name
+from painleve_sym.checks import StateLike
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet
 from painleve_sym.mechanics.mechanism import Place
@@ -146,7 +146,7 @@ class RobotMechanism(NumericalMechanism):
 
     def at(
         self,
-        state: Mapping[str, Value] | None = None,
+        state: StateLike | None = None,
         parameters: Mapping[str, Value] | None = None,
         *,
         declared: ParameterSet | None = None,
@@ -161,7 +161,10 @@ class RobotMechanism(NumericalMechanism):
             locked joints and of stuck contacts, and a base whose pitch is a right angle, where its
             angles have no velocities.
         """
-        given = {**self.start, **by_name(state, f"state of {self.name!r}")}
+        own_state = (
+            {} if state is None else self.outline.named_state(f"state of {self.name!r}", state)
+        )
+        given = {**self.start, **own_state}
         place = super().at(given, parameters, declared=declared, where=where)
         at, faults, units = place.state, list[str](), self.state_units
         for name, joint in self.robot.tree.joints.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.at.closing import closed_states
-from painleve_sym.checks import LARGEST, by_name, size_text
+from painleve_sym.checks import LARGEST, StateLike, by_name, size_text
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
@@ -65,7 +66,7 @@ class BatchInputs(Compared):
     def of(
         cls,
         simulator: Simulator,
-        states: Mapping[str, ArrayLike],
+        states: StateLike,
         parameters: Mapping[str, ArrayLike],
         force: ArrayLike | None,
         close: str | None = None,
@@ -76,8 +77,9 @@ class BatchInputs(Compared):
         values: dict[str, Array] = {n: np.array(0.0) for n in mechanism.state_names}
         values |= {n: np.array(p.default) for n, p in declared.items()}
         units, faults = simulator.units, list[str | None]()
+        named = mechanism.outline.named_state(f"{where}: states", _as_array(states))
         for kind, given, known in (
-            ("state", states, mechanism.state_names),
+            ("state", named, mechanism.state_names),
             ("parameter", parameters, tuple(declared)),
         ):
             for name, entries in by_name(given, f"{where}: {kind}s").items():
@@ -162,6 +164,14 @@ class BatchInputs(Compared):
             deep = block.states[:, places] < -RESOLVED * block.scales[:, places]
             count += int((deep.any(axis=1) & (block.refusal == RUNS)).sum())
         return count
+
+
+def _as_array(states: StateLike) -> StateLike:
+    """Return a list of lists as an array, whose last axis is that of the states."""
+    if isinstance(states, list | tuple):
+        with suppress(TypeError, ValueError):
+            return np.asarray(states, dtype=np.float64)
+    return states
 
 
 def _numbers(name: str, given: ArrayLike, unit: str) -> tuple[Array, str | None]:

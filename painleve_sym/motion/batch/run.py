@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.model import LOSSES
+from painleve_sym.checks import StateLike
 from painleve_sym.choices import Record
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
@@ -35,7 +36,7 @@ LEAST_BLOCK = 64
 
 def run_batch(
     simulator: Simulator,
-    states: Mapping[str, ArrayLike],
+    states: StateLike,
     parameters: Mapping[str, ArrayLike] | None = None,
     **options: Unpack[BatchOptions],
 ) -> BatchResult:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 from sympy import Expr, Symbol, diff, sympify
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import StateLike
 from painleve_sym.choices import EngineName, Record
 from painleve_sym.codegen.derivation_cache import ENGINE, entry_key
 from painleve_sym.codegen.quantities import Quantities, quantities
@@ -37,7 +38,6 @@ from painleve_sym.motion.sensitivity.result import (
 )
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
-from painleve_sym.units import Value
 
 LOOSENING_FACTOR = 100.0
 """Absolute tolerance of derivatives over that of states, each in parts of its size: then steps are
@@ -48,7 +48,7 @@ _AT_EVENT = (StopReason.UNTIL, StopReason.EVENT_LIMIT, StopReason.ACCUMULATION)
 
 def differentiated(
     simulator: Simulator,
-    state: Mapping[str, Value] | None,
+    state: StateLike | None,
     wrt: tuple[str, ...],
     arguments: RunArguments,
 ) -> SensitiveTrajectory:

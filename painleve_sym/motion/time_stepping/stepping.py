@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import inside
-from painleve_sym.checks import number
+from painleve_sym.checks import StateLike, number
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -129,7 +129,7 @@ class TimeStepper:
 
     def run(
         self,
-        state: Mapping[str, Value],
+        state: StateLike,
         *,
         step: Value,
         t_end: Value,
@@ -173,7 +173,7 @@ class TimeStepper:
 
     def first_problem(
         self,
-        state: Mapping[str, Value],
+        state: StateLike,
         step: float,
         *,
         e_newton: float = 0.0,
@@ -186,7 +186,7 @@ class TimeStepper:
 
     def _begin(
         self,
-        state: Mapping[str, Value],
+        state: StateLike,
         parameters: Mapping[str, Value] | None,
         solver: str,
         e_newton: float,

@@ -15,7 +15,7 @@ import numpy as np
 
 from painleve_sym.at.inputs import inside, place_of
 from painleve_sym.at.jump import JumpResult
-from painleve_sym.checks import number
+from painleve_sym.checks import StateLike, number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.equality import Compared
@@ -165,7 +165,7 @@ class Comparison(Compared):
 
 def compare(
     mechanism: MechanismLike,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     *,
     parameters: Mapping[str, Value] | None = None,
     e: float = 0.75,

@@ -18,7 +18,7 @@ from typing import Any
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import mode_name
-from painleve_sym.checks import number
+from painleve_sym.checks import StateLike, number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import RunOptions, RunSettings
@@ -338,7 +338,7 @@ class _Bisection:
 def critical_force(
     mechanism: MechanismLike,
     law: LawLike,
-    state: Mapping[str, Value],
+    state: StateLike,
     *,
     parameters: Mapping[str, Value] | None = None,
     law_parameters: Mapping[str, Value] | None = None,

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import by_name, names_of, number
+from painleve_sym.checks import StateLike, by_name, names_of, number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.equality import Compared
@@ -373,7 +373,7 @@ def fit(
     data: FitData | str | Path | Mapping[str, ArrayLike],
     estimate: str | Sequence[str],
     *,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     parameters: Mapping[str, Value] | None = None,
     law_parameters: Mapping[str, Value] | None = None,
     csv: CsvFormat | Mapping[str, Any] | None = None,
@@ -442,13 +442,15 @@ def fit(
         rows = read_fit_data(rows, known, csv, constants)
     elif csv is not None:
         raise InputError("fit: csv: got it with FitData, which are read. Fix: leave it out.")
-    if state is None:
-        state = {name: value for name, value in known.start.items() if name not in rows.starts}
+    if state is not None:
+        given = known.outline.named_state("fit: state", state)
+    else:
+        given = {name: value for name, value in known.start.items() if name not in rows.starts}
     return FitProblem(
         simulator=simulator,
         data=rows,
         estimate=estimate,
-        state=in_si(by_name(state, "fit: state"), units, "fit: state"),
+        state=in_si(given, units, "fit: state"),
         parameters=parameters,
         until=names_of(until, "fit: until", "separation") if until else (),
         t_end=number(t_end, "t_end", where="fit", unit="s", above=0.0),

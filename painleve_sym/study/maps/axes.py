@@ -13,7 +13,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.at.closing import closed_states, unknowns
 from painleve_sym.at.delassus import domain_margins
-from painleve_sym.checks import by_name, names_of, number, whole_number
+from painleve_sym.checks import StateLike, names_of, number, whole_number
 from painleve_sym.errors import InputError, received, refuse_unknown
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -87,7 +87,7 @@ def map_place(
     over: str | Sequence[str],
     ranges: Mapping[str, tuple[Value, Value]],
     points: int,
-    state: Mapping[str, Value] | None,
+    state: StateLike | None,
     parameters: Mapping[str, Value],
     close: str | None,
 ) -> MapPlace:
@@ -99,12 +99,13 @@ def map_place(
     for name in solved:
         if name in axes:
             raise InputError(f"{where}: close: {name} is an axis. Fix: name another coordinate.")
-    for name in (*by_name(state, f"{where}: state"), *parameters):
+    given = {} if state is None else mechanism.outline.named_state(f"{where}: state", state)
+    for name in (*given, *parameters):
         if name in axes:
             raise InputError(f"{where}: {name} is an axis. Fix: give it a range, not one value.")
     for name in ranges:
         refuse_unknown("axis", name, axes, f"{where}: range")
-    held = mechanism.start if state is None else state
+    held = mechanism.start if state is None else given
     # The domain may depend on the axes: points outside are masked, not rejected.
     place = mechanism.at({n: v for n, v in held.items() if n not in axes}, parameters, where=where)
     start, values = place.state, place.parameters

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz, table_library
 from painleve_sym.at.closing import closing_hint
 from painleve_sym.at.inputs import digits_left
-from painleve_sym.checks import by_name
+from painleve_sym.checks import StateLike, by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
@@ -320,7 +320,7 @@ def region_map(
     ranges: Mapping[str, tuple[Value, Value]] | None = None,
     points: int = 400,
     slip: float | None = None,
-    state: Mapping[str, Value] | None = None,
+    state: StateLike | None = None,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
 ) -> RegionMap:
