@@ -83,6 +83,12 @@ def test_a_file_without_header_has_its_columns_by_place(tmp_path):
     np.testing.assert_array_equal(data.measured["y_dot"], [-0.5, -0.4])
 
 
+def test_a_name_has_the_unit_of_its_header_and_a_place_has_none(tmp_path):
+    columns = {"start y": "drop", "end y_dot": "c1"}
+    data = read(tmp_path, "drop (cm),rebound [mm]\n65,50\n", columns)
+    assert (data.starts["y"][0], data.measured["y_dot"][0]) == (pytest.approx(0.65), 65.0)
+
+
 def test_columns_that_no_formula_names_may_hold_anything(tmp_path):
     data = read(tmp_path, "day,drop,rebound\nMonday,0.65,0.5\n")
     assert data.count == 1
