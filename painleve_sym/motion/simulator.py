@@ -218,7 +218,7 @@ class Simulator(Compared, MechanismWithLaws):
         return self.rest(origin, settings, {"state": state, **begins})
 
     def fresh(
-        self, state: Mapping[str, Value] | None, settings: RunSettings, begins: Mapping[str, Any]
+        self, state: StateLike | None, settings: RunSettings, begins: Mapping[str, Any]
     ) -> Trajectory:
         """Integrate the motion from t = 0 with checked settings."""
         simulator, start = self.moving(self.begin(state, **begins))
