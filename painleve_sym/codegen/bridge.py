@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -11,6 +12,7 @@ from sympy.logic.boolalg import Boolean, BooleanAtom
 
 from painleve_sym.errors import TranslationError
 from painleve_sym.laws.compliance import ramp
+from painleve_sym.mechanics.pulses import pulse
 
 POWER_FLOOR = 1e-60
 """Base of a real power at and below zero, where the power is 0: its derivatives are not nan."""
@@ -96,6 +98,8 @@ class Translator:
             return ca.if_else(self(expr.args[0]) > 0, 1, 0)
         if isinstance(expr, ramp):
             return ca.fmax(self(expr.args[0]), self._floor)
+        if isinstance(expr, pulse):
+            return self._pulse(*map(self, expr.args))
         operator = _UNARY.get(expr.func)
         if operator is None:
             raise TranslationError(
@@ -104,6 +108,14 @@ class Translator:
             )
         result: ca.SX = operator(self(expr.args[0]))
         return result
+
+    def _pulse(self, time: Any, start: Any, width: Any = math.inf, period: Any = None) -> ca.SX:
+        """Return 1 inside a pulse, 0 outside."""
+        since = time - start
+        if period is not None:
+            since = since - period * ca.floor(since / period)
+        value: ca.SX = ca.if_else(ca.logic_and(since >= 0, since < width), 1, 0)
+        return value
 
     def _cases(self, expr: sp.Piecewise) -> ca.SX:
         """Return the value of the first case that holds, nan where none does.

@@ -84,7 +84,8 @@ class MechanismOutline:
     """Names, units and defaults of a mechanism, without its formulas.
 
     `timed` says whether the time itself occurs in the energies, the forces or the domain; `periods`
-    are the natural periods of its bodies, where they are known.
+    are the natural periods of its bodies, where they are known. `pulsed` says whether a formula of
+    the motion has a pulse.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -93,6 +94,7 @@ class MechanismOutline:
     domain: tuple[BoundOutline, ...]
     timed: bool
     periods: tuple[PeriodOutline, ...] = ()
+    pulsed: bool = False
 
     def __repr__(self) -> str:
         """Return the names in one line."""
@@ -128,6 +130,7 @@ class MechanismOutline:
         from sympy import sympify
 
         from painleve_sym.mechanics.bodies import MODULUS
+        from painleve_sym.mechanics.pulses import pulse
 
         def timed(*formulas: Any) -> bool:
             return any(t in sympify(f).free_symbols for t in system.clock for f in formulas)
@@ -159,7 +162,9 @@ class MechanismOutline:
             for n in periods
         )
         declared = system.coordinates, system.parameters
-        return cls(*declared, outlines, bounds, timed(*formulas), known)
+        every = [*formulas, *(f for c in contacts for f in (c.gap, *c.slip_velocities))]
+        pulsed = any(sympify(f).has(pulse) for f in every)
+        return cls(*declared, outlines, bounds, timed(*formulas), known, pulsed)
 
     def only(self, where: str, *names: str) -> MechanismOutline:
         """Return the outline with some contacts; InputError suggests the nearest name."""

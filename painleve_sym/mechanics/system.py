@@ -20,6 +20,7 @@ from painleve_sym.mechanics.declarations import (
     Parameter,
     Velocity,
 )
+from painleve_sym.mechanics.pulses import pulse_faults
 from painleve_sym.mechanics.quaternions import Quaternion, quaternions_of, velocities_of
 from painleve_sym.mechanics.simplify import on_unit_sphere, readable, reduced
 from painleve_sym.mechanics.spatial_bodies import SpatialBody
@@ -306,6 +307,8 @@ class LagrangianSystem(Compared):
                 yield f"{name}: " + unknown_name("symbol", str(symbol), map(str, self.symbols))
         if (part := singular_part(formula)) is not None:
             yield f"{name}: {not_finite(part)}"
+        constants = {p.symbol for p in self.parameters}
+        yield from (f"{name}: {fault}" for fault in pulse_faults(formula, constants))
         if TIME in self.clock and TIME in formula.free_symbols:
             moving = {*self.q, *self.q_dot}
             for part in sorted(formula.atoms(*_STEPS, *_KINKS), key=str):
@@ -313,8 +316,9 @@ class LagrangianSystem(Compared):
                 if TIME in inner and (isinstance(part, _STEPS) or not inner & moving):
                     yield (
                         f"{name}: {part} jumps or has a kink at given times, where no event "
-                        "would stop the integration; need a smooth function of t. "
-                        "Fix: use smooth functions such as sin, exp."
+                        "would stop the integration; need a smooth function of t, or pulses. "
+                        "Fix: use functions such as sin, or pulse(t, start, width) and "
+                        "square(t, period), at whose edges steps end."
                     )
 
     def _name_faults(self) -> Iterator[str]:

@@ -111,7 +111,7 @@ def outputs_of_data(data: Any) -> TapeOutputs | JoinedOutputs:
 class JoinedRecord:
     """The records of pieces under common names; see `StoredRecord`.
 
-    `simulator` is that of the whole mechanism, `timetable` what changes.
+    `simulator` is that of the whole mechanism with its pulses, `timetable` what changes.
     """
 
     simulator: Simulator = field(repr=False)
@@ -137,7 +137,7 @@ class JoinedRecord:
     @cached_property
     def names(self) -> MotionNames:
         """Names of the whole motion."""
-        own = self.simulator.names
+        own = self.simulator.stepped.names
         every = self._firsts
         return replace(
             own,
@@ -163,7 +163,7 @@ class JoinedRecord:
 
     def _whole(self, names: MotionNames, own: Iterable[str]) -> list[str]:
         """Return names of states or outputs as the whole mechanism has them."""
-        outline = self.simulator.outline
+        outline = self.simulator.stepped.outline
         known = (*outline.state_names, *outline.output_names)
         if len(names.contacts) > 1:
             return list(own)
@@ -365,7 +365,7 @@ def joined(simulator: Simulator, timetable: Timetable, pieces: Sequence[Trajecto
         final_memory=record.memory_of(len(pieces) - 1, last.final_memory[None])[0],
         counters={n: sum(p.counters[n] for p in pieces) for n in last.counters},
         evaluator=JoinedOutputs(record.kinds, record.of, _none(names.outputs)),
-        subject=simulator.mechanism,
+        subject=simulator.stepped.mechanism,
     )
 
 

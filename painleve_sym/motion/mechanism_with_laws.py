@@ -189,6 +189,12 @@ class MechanismWithLaws:
     @cached_property
     def integrator(self) -> Engine:
         """The engine, compiled or taken from the cache on first use."""
+        if self.mechanism.outline.pulsed:
+            raise InputError(
+                f"{self.where}: its formulas have pulses, at whose edges a motion is cut, which "
+                "simulate, batches, sweeps and fits do and nothing else. Fix: use one of these, or "
+                "make the pulse a parameter."
+            )
         return make_engine(self.contact, self.engine)
 
     @property

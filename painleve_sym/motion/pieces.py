@@ -11,14 +11,13 @@ from painleve_sym.engines.protocol import RunSettings
 from painleve_sym.errors import InputError, StopReason, refuse_unknown
 from painleve_sym.laws.catalogue import as_law
 from painleve_sym.motion.joined import JoinedRecord, joined
-from painleve_sym.motion.timetable import Timetable
+from painleve_sym.motion.timetable import MAX_PIECES, Timetable
 from painleve_sym.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator
 
-MAX_PIECES = 100_000
-"""Of a motion: each keeps a record of its own."""
+_TABLES = ("parameters", "law_parameters")
 
 
 def run_in_pieces(
@@ -43,8 +42,8 @@ def run_in_pieces(
     origin : Trajectory, optional
         The motion before.
     """
-    whole = _Pieces(simulator, timetable, settings, given, origin)
-    return joined(simulator, whole.timetable, whole.run())
+    pieces = _Pieces(simulator, timetable, settings, given, origin)
+    return joined(simulator, pieces.timetable, pieces.run())
 
 
 class _Pieces:
@@ -71,19 +70,22 @@ class _Pieces:
         self.values: dict[str, float] = {}
 
     def _state(self, origin: Trajectory | None) -> Mapping[str, float]:
-        """Return the state at the beginning."""
+        """Return the state at the beginning, to be given to the first piece."""
         if origin is not None:
             return origin.final
         mechanism, state = self.simulator.mechanism, self.given.get("state")
         where = f"state of {mechanism.name!r}"
-        return mechanism.outline.state(where, mechanism.start if state is None else state)
+        whole = mechanism.outline.state(where, mechanism.start if state is None else state)
+        if self.simulator.pulses:
+            own = self.simulator.stepped.mechanism.state_names
+            self.given["state"] = {name: whole[name] for name in own}
+        return whole
 
     def run(self) -> list[Trajectory]:
         """Return the pieces up to the end, or to where the motion stops before."""
         pieces, since = list[Trajectory](), -math.inf
         while True:
-            stop = min(self.timetable.after(self.time), self.t_end)
-            run = self._piece(replace(self.left, t_end=stop), since)
+            run, stop = self._piece(since)
             since, self.time, self.last = self.time, stop, run
             pieces.append(run)
             if run.stop_reason is not StopReason.T_END or stop >= self.t_end:
@@ -107,22 +109,37 @@ class _Pieces:
         self.left = replace(left, max_steps=steps, max_events=events)
         return None
 
-    def _piece(self, settings: RunSettings, since: float) -> Trajectory:
-        """Return the next piece, with what changes at its beginning."""
-        change = self.timetable.changes(self.time, since)
-        runner = self._runner()
-        given = {k: v for k, v in change.items() if k in ("parameters", "law_parameters")}
+    def _piece(self, since: float) -> tuple[Trajectory, float]:
+        """Return the next piece and its end, with what changes at its beginning."""
+        given = self.timetable.changes(self.time, since)
+        given = {k: v for k, v in given.items() if k in _TABLES}
+        runner, stop = self._runner(), min(self.timetable.after(self.time), self.t_end)
         if since == -math.inf:
             given = {**self.given, **{k: {**(self.given.get(k) or {}), **given[k]} for k in given}}
         elif runner is not self.before:
             given = self._of_runner(runner, given)
+        if self.timetable.pulses:
+            stop, pulses = self.timetable.pulsed(
+                runner.where, self.time, stop, self._numbers(runner, given)
+            )
+            given["parameters"] = {**(given.get("parameters") or {}), **pulses}
+        settings = replace(self.left, t_end=stop)
         if self.last is None:
             run = runner.fresh(given.pop("state", None), settings, given)
         else:
             run = runner.rest(self.last, settings, given)
         self.before = runner
         self.values |= {self._whole_name(runner, n): v for n, v in run.parameters.items()}
-        return run
+        return run, stop
+
+    def _numbers(self, runner: Simulator, given: Mapping[str, Any]) -> Mapping[str, float]:
+        """Return the parameters of the next piece."""
+        begins = {k: given.get(k) for k in (*_TABLES, "material")}
+        if not self.values and self.last is None:
+            return runner.at({}, **begins).parameters
+        before = self.values if self.last is None or self.values else self.last.parameters
+        own = {n: before[n] for n in runner.declared.by_name if n in before}
+        return runner.parameters(own | runner.given(*(given.get(k) for k in _TABLES)))
 
     def _runner(self) -> Simulator:
         """Return the simulator of the law and the contacts that there are from this time on."""
@@ -130,7 +147,7 @@ class _Pieces:
         law, contacts = now.get("law"), now.get("contacts")
         key = repr(law), repr(contacts)
         if key not in self.runners:
-            self.runners[key] = _simulator(self.simulator, law, contacts)
+            self.runners[key] = _simulator(self.simulator.stepped, law, contacts)
         return self.runners[key]
 
     def _of_runner(self, runner: Simulator, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -146,7 +163,7 @@ class _Pieces:
 
     def _whole_name(self, runner: Simulator, name: str) -> str:
         """Return the name of a parameter in the whole mechanism, where one contact is left."""
-        return whole_name(name, runner.names.contacts, self.simulator.declared.by_name)
+        return whole_name(name, runner.names.contacts, self.simulator.stepped.declared.by_name)
 
 
 def whole_name(name: str, contacts: tuple[str, ...], known: Mapping[str, Any]) -> str:
@@ -159,7 +176,8 @@ def _simulator(whole: Simulator, law: Any, contacts: Sequence[str] | None) -> Si
     """Return the simulator of some contacts with another law; None leaves either as it is."""
     if law is None and contacts is None:
         return whole
-    own, names = whole.law if law is None else as_law(law), whole.names.contacts
+    own = whole.law if law is None else as_law(law)
+    names = [c.name for c in whole.mechanism.outline.contacts]
     for name in contacts or ():
         refuse_unknown("contact", name, names, f"{whole.where}: phases: contacts")
     present = [n for n in names if contacts is None or n in contacts]

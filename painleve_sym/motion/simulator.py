@@ -24,7 +24,7 @@ from painleve_sym.errors import InputError, StopReason, received, refuse_unknown
 from painleve_sym.hooks import upper
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.materials import MaterialsLike, two_materials
-from painleve_sym.mechanics.mechanism import Place
+from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
 from painleve_sym.motion.continuation import (
     carried,
@@ -210,12 +210,32 @@ class Simulator(Compared, MechanismWithLaws):
         origin = begins.pop("start", None)
         changes = begins.pop("phases", None), begins.pop("inputs", None)
         timetable: Timetable | None = None if origin is None else timetable_of(origin)
-        if timetable is not None or changes != (None, None):
+        pulsed = self.mechanism.outline.pulsed
+        if timetable is not None or pulsed or any(c is not None for c in changes):
             timetable = Timetable.of(self, *changes, before=timetable)
             return run_in_pieces(self, timetable, settings, {"state": state, **begins}, origin)
         if origin is None:
             return self.fresh(state, settings, begins)
         return self.rest(origin, settings, {"state": state, **begins})
+
+    @cached_property
+    def stepped(self) -> Simulator:
+        """The simulator with a parameter in place of each pulse of the formulas."""
+        mechanism = self._without_pulses[0]
+        return self if mechanism is self.mechanism else Simulator(mechanism, self.law, self.engine)
+
+    @property
+    def pulses(self) -> Mapping[str, Any]:
+        """The pulses of the formulas, by the parameters of `stepped` that have their values."""
+        return self._without_pulses[1]
+
+    @cached_property
+    def _without_pulses(self) -> tuple[Mechanism, Mapping[str, Any]]:
+        if not self.mechanism.outline.pulsed:
+            return self.mechanism, {}
+        from painleve_sym.mechanics.pulses import without_pulses
+
+        return without_pulses(self.mechanism)
 
     def fresh(
         self, state: StateLike | None, settings: RunSettings, begins: Mapping[str, Any]

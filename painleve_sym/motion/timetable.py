@@ -14,12 +14,15 @@ from painleve_sym.errors import InputError, received, refuse_unknown, unknown_na
 from painleve_sym.laws.catalogue import LawsLike, as_law, law_text
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.mechanics.inputs import derivative_names, inputs_of, instant_name
+from painleve_sym.mechanics.pulses import edges_of, pulse
 from painleve_sym.motion.signals import Signal
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator
 
+MAX_PIECES = 100_000
+"""Of a motion: each keeps a record of its own."""
 _TABLES = ("parameters", "law_parameters")
 _KEYS = ("time", *_TABLES, "law", "contacts")
 _EXAMPLE = "{'time': 0.5, 'parameters': {'mu': 0.2}}"
@@ -56,12 +59,15 @@ class Timetable(Compared):
         In the order of their times, which are those of the motion; see `Phase`.
     signals : mapping of str to Signal
         Functions of time, by the input or the parameter that they give.
+    pulses : mapping of str to pulse
+        Of the formulas, by the parameter that has its value.
     ahead : float
         By how much the time `t` in the formulas is ahead of that of the motion; s.
     """
 
     phases: tuple[Mapping[str, Any], ...] = ()
     signals: Mapping[str, Signal] = field(default_factory=dict)
+    pulses: Mapping[str, pulse] = field(default_factory=dict)
     ahead: float = 0.0
 
     @classmethod
@@ -74,20 +80,41 @@ class Timetable(Compared):
         """
         before = before or cls()
         own = before.phases if phases is None else tuple(_phases(simulator.where, phases))
-        return cls(own, {**before.signals, **_signals(simulator, inputs)}, before.ahead)
+        signals = {**before.signals, **_signals(simulator, inputs)}
+        return cls(own, signals, simulator.pulses, before.ahead)
 
     def __bool__(self) -> bool:
         """Whether anything changes."""
-        return bool(self.phases or self.signals)
+        return bool(self.phases or self.signals or self.pulses)
 
     def beginning(self, state: Mapping[str, float], time: float) -> Timetable:
         """Return the timetable of a motion that is in a state at a time."""
-        return replace(self, ahead=state.get(TIME_NAME, time) - time)
+        return replace(self, ahead=state[TIME_NAME] - time) if TIME_NAME in state else self
 
     def after(self, time: float) -> float:
-        """Return the next time at which something changes, s; inf where nothing does."""
+        """Return the next time of a phase or an input, s; inf where nothing changes."""
         times = [float(p["time"]) for p in self.phases if p["time"] > time]
         return min([math.inf, *times, *(s.after(time) for s in self.signals.values())])
+
+    def pulsed(
+        self, where: str, time: float, end: float, values: Mapping[str, float]
+    ) -> tuple[float, dict[str, float]]:
+        """Return the next edge of a pulse up to an end, s, and the pulses until then.
+
+        InputError for pulses whose edges are not finite, or too many.
+        """
+        edges = {n: edges_of(where, own, values) for n, own in self.pulses.items()}
+        clock, last = time + self.ahead, end + self.ahead
+        for name, own in edges.items():
+            if own.period is not None and (last - clock) / own.period > MAX_PIECES / 2:
+                raise InputError(
+                    f"{where}: {self.pulses[name]}: got the period {own.period:g} s, with more "
+                    f"than {MAX_PIECES:,} edges up to t = {last:g} s. Fix: give a longer one."
+                )
+        stop = min([last, *(own.after(clock) for own in edges.values())])
+        within = (clock + stop) / 2
+        now = {name: own.value(within) for name, own in edges.items()}
+        return (end if stop == last else stop - self.ahead), now
 
     def changes(self, time: float, since: float = -math.inf) -> dict[str, Any]:
         """Return all that is changed at a time, or was after an earlier one; see `Phase`."""

@@ -1,9 +1,9 @@
 """Formulas written as text become SymPy expressions; nothing in the text is executed.
 
 Allowed are numbers, declared names, `pi`, + − * / **, brackets, and the functions sin, cos, tan,
-sqrt, exp, log, atan2, abs. Python's parser reads the text, and each node of its tree is translated
-by an explicit rule; what has no rule is a fault. Limits keep 9**9**9 or a thousand brackets from
-taking time or memory.
+sqrt, exp, log, atan2, abs, and pulse, square of the time. Python's parser reads the text, and each
+node of its tree is translated by an explicit rule; what has no rule is a fault. Limits keep 9**9**9
+or a thousand brackets from taking time or memory.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any
 import sympy as sp
 
 from painleve_sym.errors import unknown_name
+from painleve_sym.mechanics.pulses import pulse, square
 from painleve_sym.mechanics.system import not_finite, singular_part
 
 MAX_LENGTH = 4000
@@ -35,15 +36,18 @@ MAX_MAGNITUDE = 1e100
 """Size of a number, and of its reciprocal: far beyond mechanics in any units, and short as a
 fraction. Sums of products of such numbers stay in the range of floating point."""
 
-_FUNCTIONS: Mapping[str, tuple[int, Callable[..., sp.Expr], Callable[..., float]]] = {
-    "sin": (1, sp.sin, math.sin),
-    "cos": (1, sp.cos, math.cos),
-    "tan": (1, sp.tan, math.tan),
-    "sqrt": (1, sp.sqrt, math.sqrt),
-    "exp": (1, sp.exp, math.exp),
-    "log": (1, sp.log, math.log),
-    "atan2": (2, sp.atan2, math.atan2),
-    "abs": (1, sp.Abs, abs),
+_ONE = range(1, 2)
+_FUNCTIONS: Mapping[str, tuple[range, Callable[..., sp.Expr], Callable[..., float]]] = {
+    "sin": (_ONE, sp.sin, math.sin),
+    "cos": (_ONE, sp.cos, math.cos),
+    "tan": (_ONE, sp.tan, math.tan),
+    "sqrt": (_ONE, sp.sqrt, math.sqrt),
+    "exp": (_ONE, sp.exp, math.exp),
+    "log": (_ONE, sp.log, math.log),
+    "atan2": (range(2, 3), sp.atan2, math.atan2),
+    "abs": (_ONE, sp.Abs, abs),
+    "pulse": (range(2, 5), pulse, lambda *a: float(pulse(*a).doit())),
+    "square": (range(2, 5), square, lambda *a: float(square(*a).doit())),
 }
 CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
 _OPERATORS: Mapping[type[ast.operator], tuple[str, Callable[..., Any]]] = {
@@ -268,8 +272,10 @@ class _Walk:
                 raise self.refuse(node, f"{name!r} is not a function. Fix: write * for a product.")
             raise self.refuse(node, unknown_name("function", name, _FUNCTIONS))
         count, symbolic, numeric = _FUNCTIONS[name]
-        if node.keywords or len(node.args) != count:
-            need = "one argument" if count == 1 else f"{count} arguments"
+        if node.keywords or len(node.args) not in count:
+            most = count[-1]
+            need = "one argument" if most == 1 else f"{most} arguments"
+            need = need if len(count) == 1 else f"{count[0]} to {need}"
             raise self.refuse(node, f"{name}: got {len(node.args)}, need {need}.")
         return self._combined(node, name, symbolic, numeric, self._all(node.args, depth))
 
