@@ -268,15 +268,14 @@ class Delassus:
         """Return the numbers of the contacts at one state."""
         function = self.contact_quantities
         numbers = function.of_vector([values[name] for name in function.arguments])
-        return self._contacts(numbers, values)
+        return self._contacts(numbers, values)[0]
 
     def whole_at(self, values: Mapping[str, float]) -> tuple[ContactNumbers, MotionNumbers]:
         """Return the numbers of the contacts at one state, and how impulses move the mechanism."""
         function = self.whole_quantities
         numbers = function.of_vector([values[name] for name in function.arguments])
-        begin = len(numbers) - sum(map(math.prod, self._motion_shapes))
-        moves = _in_shapes(np.array(numbers[begin:]), self._motion_shapes)
-        return self._contacts(numbers[:begin], values), MotionNumbers(*moves)
+        contacts, moves = self._contacts(numbers, values, self._motion_shapes)
+        return contacts, MotionNumbers(*moves)
 
     def at_each(self, values: Mapping[str, Any]) -> ContactNumbers:
         """Return the numbers of the contacts at an array of states."""
@@ -287,13 +286,17 @@ class Delassus:
         contacts, moves = self._at_each(self.whole_quantities, values, self._motion_shapes)
         return contacts, MotionNumbers(*moves)
 
-    def _contacts(self, numbers: list[float], values: Mapping[str, float]) -> ContactNumbers:
+    def _contacts(
+        self, numbers: list[float], values: Mapping[str, float], more: Shapes = ()
+    ) -> tuple[ContactNumbers, list[Array]]:
+        """Return the numbers at one state, and parts of the shapes `more` after them."""
         shapes = self._contact_shapes
-        begin = len(numbers) - shapes[-1][0]
-        contacts = self.dynamics.outline.contacts
+        parts = _in_shapes(np.array(numbers), shapes + more)
+        begin, end = _ends(shapes)[-2:]
+        contacts, count = self.dynamics.outline.contacts, len(shapes)
         mu = np.array([float(values[c.friction]) for c in contacts])
-        own: Any = (*_in_shapes(np.array(numbers[:begin]), shapes[:-1]), numbers[begin:], mu)
-        return ContactNumbers(*own)
+        own: Any = (*parts[: count - 1], numbers[begin:end], mu)
+        return ContactNumbers(*own), parts[count:]
 
     def _at_each(
         self, function: Quantities, values: Mapping[str, Any], more: Shapes
@@ -338,9 +341,10 @@ class Delassus:
 
     @property
     def _motion_shapes(self) -> Shapes:
-        outline, n = self.dynamics.outline, len(self.dynamics.outline.contacts)
-        nu, size = len(outline.velocities), ContactRows(n, self.dynamics.n_tangents).size
-        return (size, nu), (nu, size), (nu,), (size,), (1,)
+        outline = self.dynamics.outline
+        return _motion_shapes(
+            len(outline.contacts), self.dynamics.n_tangents, len(outline.velocities)
+        )
 
     @property
     def contact_quantities(self) -> Quantities:
@@ -413,6 +417,13 @@ def _contact_shapes(n: int, tangents: int, margins: int) -> Shapes:
 
 
 @functools.lru_cache(maxsize=256)
+def _motion_shapes(n: int, tangents: int, nu: int) -> Shapes:
+    """Return the shapes of all `MotionNumbers`."""
+    size = ContactRows(n, tangents).size
+    return (size, nu), (nu, size), (nu,), (size,), (1,)
+
+
+@functools.lru_cache(maxsize=256)
 def _ends(shapes: Shapes) -> list[int]:
     """Return where the entries of arrays of these shapes end, one after the other."""
     return list(itertools.accumulate(map(math.prod, shapes)))
@@ -421,9 +432,10 @@ def _ends(shapes: Shapes) -> list[int]:
 def _in_shapes(numbers: Array, shapes: Shapes, axes: tuple[int, ...] = ()) -> list[Array]:
     """Return arrays of these shapes from their entries, one after the other; `axes` end each."""
     parts, first = list[Array](), 0
+    flat = numbers.ndim
     for shape, end in zip(shapes, _ends(shapes), strict=True):
         part = numbers[first:end]
-        parts.append(part if part.ndim == len(shape) == 1 else part.reshape(*shape, *axes))
+        parts.append(part if flat == len(shape) == 1 else part.reshape(*shape, *axes))
         first = end
     return parts
 

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import mul
 from typing import Any
 
 from painleve_sym.at.delassus import ContactNumbers, Delassus, MotionNumbers
@@ -279,8 +280,9 @@ def contact_velocity_at(
     """Return v_n and v_t, each exactly 0 where it is only the rounding of its terms."""
     speeds = [values[name] for name in mechanism.outline.velocity_names]
     velocity = []
-    for value, row in zip(at.v.tolist(), moves.J.tolist(), strict=True):
-        terms = sum(abs(entry * speed) for entry, speed in zip(row, speeds, strict=True))
+    of_contact = *at.gap_rate.tolist(), *at.slip_velocity.ravel().tolist()
+    for value, row in zip(of_contact, moves.J.tolist(), strict=True):
+        terms = sum(map(abs, map(mul, row, speeds)))
         velocity.append(value if abs(value) > MOVED * terms else 0.0)
     return velocity
 
@@ -311,16 +313,15 @@ def _of_impact(
     mechanism: Mechanism, values: Values, moves: MotionNumbers, impact: Impact
 ) -> tuple[JumpPhase, ...]:
     names = mechanism.outline.velocity_names
-    directions = (moves.D.T + 0.0).tolist()
+    directions = (moves.D + 0.0).tolist()
     velocity, phases = [values[name] for name in names], []
     for phase in impact.phases:
         impulses = phase.impulse
-        moved = []
-        for v, *per_impulse in zip(velocity, *directions, strict=True):
-            terms = (v, *(d * P for d, P in zip(per_impulse, impulses, strict=True)))
-            after, size = math.fsum(terms), sum(map(abs, terms))
-            moved.append(after if abs(after) > MOVED * size else 0.0)
-        velocity = moved
+        terms = [(v, *map(mul, row, impulses)) for v, row in zip(velocity, directions, strict=True)]
+        velocity = [
+            after if abs(after := math.fsum(of_one)) > MOVED * sum(map(abs, of_one)) else 0.0
+            for of_one in terms
+        ]
         named = dict(zip(names, velocity, strict=True))
         stored = -phase.normal_work + 0.0
         v_n, *v_t = phase.velocity
