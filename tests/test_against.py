@@ -11,7 +11,7 @@ class Costs:
     """A revision whose costs are known; each measurement adds the next of some disturbances."""
 
     def __init__(self, cost, size=1000, noise=(1.5, 1.3, 1.0)):
-        self.cost, self.size, self.noise = cost, size, list(noise)
+        self.cost, self.size, self.noise, self.result = cost, size, list(noise), [1.0, 0.5]
 
     def call(self, title, seconds):
         return self.disturbed()
@@ -63,6 +63,13 @@ def test_what_only_the_other_revision_lacks_is_said_and_does_not_fail(capsys):
 
 def test_what_this_checkout_lacks_fails():
     lines = against.ratios(Costs(1.0), Costs("TypeError: no"), TITLES[:1], 3)
+    assert against.failed(lines) == TITLES[:1]
+
+
+def test_another_result_is_not_compared_and_fails():
+    other = Costs(1.0)
+    other.result = [1.0, 0.5001]
+    lines = against.ratios(Costs(1.0), other, TITLES[:1], 3)
     assert against.failed(lines) == TITLES[:1]
 
 

@@ -10,7 +10,15 @@ from sympy.logic.boolalg import Boolean
 
 from painleve_sym.automata.automaton import Preparation
 from painleve_sym.automata.interfaces import Interface
-from painleve_sym.automata.scales import IDLE, Numbers, Terms, characteristic_length, where
+from painleve_sym.automata.scales import (
+    AT_REST,
+    IDLE,
+    Numbers,
+    Terms,
+    characteristic_length,
+    driving_energy,
+    where,
+)
 from painleve_sym.mechanics.closed_within import closed_within, length_formula
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import TIME
@@ -100,12 +108,13 @@ def _scales(
     """
     system = mechanism.system
     of_contacts, energy = _all_scales(contacts, numbers, terms)
-    length = characteristic_length(numbers[0], terms)
+    length, kinetic = characteristic_length(numbers[0], terms), numbers[0]["kinetic_energy"]
     scales: dict[sp.Symbol, sp.Expr] = {
         c.symbol: length if c.unit == "m" else sp.Integer(1) for c in system.coordinates
     }
     scales[TIME] = length / terms.root(2 * energy * numbers[0]["W_nn"])
-    scales |= dict.fromkeys(works, energy)
+    driven = [terms("driven", driving_energy(own, length, terms)) for own in numbers]
+    scales |= dict.fromkeys(works, _energy_of_works(energy, kinetic, driven, terms))
     for k, speed in enumerate(system.q_dot):
         scales[speed] = terms.root(2 * energy / terms("mass", system.mass_matrix[k, k]))
     for contact, own, (gap, rate) in zip(contacts, numbers, of_contacts, strict=True):
@@ -114,6 +123,18 @@ def _scales(
         scales[row.slip] = where(sp.Eq(slip, 0), normal, slip)
         scales |= {row.gap: gap, row.gap_rate: rate, **contact.start.scales_of_states(gap, terms)}
     return scales
+
+
+def _energy_of_works(
+    energy: sp.Expr, kinetic: sp.Expr, driven: Sequence[sp.Expr], terms: Terms
+) -> sp.Expr:
+    """Return the scale of works: from rest, where no energy is there yet, part of what will come.
+
+    `driven` is the energy that the free contact forces give over the characteristic length.
+    """
+    largest = terms("driven", sp.Max(*driven))
+    rests = sp.Le(kinetic, AT_REST * largest)
+    return where(rests, sp.Max(energy, IDLE**2 * largest), energy)
 
 
 def _all_scales(

@@ -45,17 +45,19 @@ def where(condition: Boolean, value: sp.Expr | int, otherwise: sp.Expr | int) ->
     return sp.Piecewise((value, condition), (otherwise, True), evaluate=False)
 
 
-def gained_energy(numbers: Numbers, length: sp.Expr, terms: Terms) -> sp.Symbol:
-    """Return the energy that the free contact forces |b|/W give to a motion over the length; J.
-
-    1 where there are none: what nothing drives needs no scale.
-    """
+def driving_energy(numbers: Numbers, length: sp.Expr, terms: Terms) -> sp.Symbol:
+    """Return the energy that the free contact forces |b|/W give to a motion over the length; J."""
     gains = []
     for row in ("n", "t"):
         mobility = numbers[f"W_{row}{row}"]
         force = terms("force", sp.Abs(numbers[f"b_{row}"]) / mobility)
         gains.append(where(sp.Gt(mobility, 0), force * length, 0))
-    largest = terms("gained", sp.Max(*(terms("gain", gain) for gain in gains)))
+    return terms("gained", sp.Max(*(terms("gain", gain) for gain in gains)))
+
+
+def gained_energy(numbers: Numbers, length: sp.Expr, terms: Terms) -> sp.Symbol:
+    """Return `driving_energy`, 1 where it is 0: what nothing drives needs no scale; J."""
+    largest = driving_energy(numbers, length, terms)
     return terms("gained", where(sp.Gt(largest, 0), largest, 1))
 
 

@@ -106,6 +106,23 @@ def test_bounces_that_die_out_keep_the_energy_and_leave_a_body_at_rest(engine):
     assert abs(run.events_of("settle")[-1].state["theta_dot"]) < 1e-20
 
 
+def test_works_from_rest_are_exact_and_take_hardly_more_steps_than_free_ones():
+    """The arm rests, its works end near 0.1 J: they have a size from the start."""
+    angles = {"theta_1": -1.3, "theta_2": -1.8}
+    height = -0.5 * (math.sin(-1.3) + math.sin(-1.8))
+    simulator = Simulator(model("two-link-arm"), law("bilinear-hertz"), "taylor")
+    given = {"parameters": {"h": height, "n": 1.764, "E": 20.9e14}, "t_end": 8e-4}
+    scale = simulator.start(simulator.at(angles, given["parameters"])).scale
+    free = np.where([name in LOSSES for name in simulator.outline.state_names], np.inf, scale)
+    run, other, exact = (
+        simulator.run(angles, rtol=rtol, atol=rtol * atol, **given)
+        for rtol, atol in ((1e-11, scale), (1e-11, free), (1e-14, 1e-2 * scale))
+    )
+    for name in LOSSES:
+        assert run.final[name] == pytest.approx(exact.final[name], rel=1e-11)
+    assert run.counters["accepted_steps"] <= other.counters["accepted_steps"] + 2
+
+
 # ---- balances that do not close ----
 
 
