@@ -30,7 +30,7 @@ from typing import Any
 
 MAX_RATIO = 1.10
 """Most that a cost may be, in parts of the other revision's."""
-SAME = 1e-6
+RESULT_TOLERANCE = 1e-6
 """Part of its largest number within which a result is that of the other revision."""
 ROOT = Path(__file__).parents[2]
 
@@ -240,7 +240,7 @@ def same(one: Sequence[float], other: Sequence[float]) -> bool:
     """Return whether two results have the same numbers but for a change of method."""
     scale = max(map(abs, (*one, *other)), default=0.0)
     return len(one) == len(other) and all(
-        abs(a - b) <= SAME * scale for a, b in zip(one, other, strict=True)
+        abs(a - b) <= RESULT_TOLERANCE * scale for a, b in zip(one, other, strict=True)
     )
 
 

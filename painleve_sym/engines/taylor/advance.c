@@ -144,26 +144,27 @@ static double until_kink(ps_run *s, const ps_look *g) {
 }
 
 /* Rows of the dense output (see Trajectory) of the step of h units: the same polynomial. */
-static void dense_rows(ps_run *s, double h, double *row) {
+static void dense_rows(ps_run *s, double h, double *restrict row) {
   const int p = s->order;
-  for (int i = 0; i < PS_NX; i++) {
-    double b[PS_LENGTH], power = 1;
-    for (int k = 0; k <= p; k++, power *= h) b[k] = s->v[k][i] * power;
-    /* Divided by u and by 1 - u in turn; what remains each time is a row. */
-    int lowest = 0;
-    for (int r = 0; r <= p; r++) {
-      if (r % 2 == 0) {
-        row[r * PS_NX + i] = b[lowest++];
-      } else {
-        double sum = 0;
-        for (int k = p; k >= lowest; k--) {
-          double next = sum + b[k];
-          b[k] = -sum;
-          sum = next;
-        }
-        row[r * PS_NX + i] = sum;
+  double b[PS_LENGTH][PS_NX], power = 1;
+  for (int k = 0; k <= p; k++, power *= h)
+    for (int i = 0; i < PS_NX; i++) b[k][i] = s->v[k][i] * power;
+  /* Divided by u and by 1 - u in turn; what remains each time is a row. */
+  int lowest = 0;
+  for (int r = 0; r <= p; r++, row += PS_NX) {
+    if (r % 2 == 0) {
+      memcpy(row, b[lowest++], sizeof b[0]);
+      continue;
+    }
+    double sum[PS_NX] = {0};
+    for (int k = p; k >= lowest; k--) {
+      for (int i = 0; i < PS_NX; i++) {
+        const double next = sum[i] + b[k][i];
+        b[k][i] = -sum[i];
+        sum[i] = next;
       }
     }
+    memcpy(row, sum, sizeof sum);
   }
 }
 
