@@ -143,28 +143,52 @@ static double until_kink(ps_run *s, const ps_look *g) {
   return u;
 }
 
-/* Rows of the dense output (see Trajectory) of the step of h units: the same polynomial. */
-static void dense_rows(ps_run *s, double h, double *restrict row) {
+/* States that a register holds in the change of basis below, at most half of what is changed at once. */
+#if PS_WIDTH >= 4 && PS_NX >= 4
+#define PS_SIDE 4
+#elif PS_NX >= 2
+#define PS_SIDE 2
+#else
+#define PS_SIDE 1
+#endif
+typedef double ps_side __attribute__((vector_size(8 * PS_SIDE)));
+
+/* Rows of the dense output (see Trajectory) of the step of h units: the same polynomial. Its terms are
+ * divided by u and by 1 - u in turn; what remains each time is a row. Two registers of states take
+ * turns, since each sum waits for the one before. The last ones may be the same states again. */
+static void dense_rows(const ps_run *s, double h, double *row) {
   const int p = s->order;
-  double b[PS_LENGTH][PS_NX], power = 1;
-  for (int k = 0; k <= p; k++, power *= h)
-    for (int i = 0; i < PS_NX; i++) b[k][i] = s->v[k][i] * power;
-  /* Divided by u and by 1 - u in turn; what remains each time is a row. */
-  int lowest = 0;
-  for (int r = 0; r <= p; r++, row += PS_NX) {
-    if (r % 2 == 0) {
-      memcpy(row, b[lowest++], sizeof b[0]);
-      continue;
+  double power[PS_LENGTH];
+  power[0] = 1;
+  for (int k = 1; k <= p; k++) power[k] = power[k - 1] * h;
+  for (int c = 0; c < PS_NX; c += 2 * PS_SIDE) {
+    const int one = PS_MIN(c, PS_NX - PS_SIDE), other = PS_MIN(c + PS_SIDE, PS_NX - PS_SIDE);
+    int lowest = 0, highest = p;
+    ps_side a[PS_LENGTH], b[PS_LENGTH];
+    for (int k = 0; k <= p; k++) {
+      memcpy(a + k, s->v[k] + one, sizeof *a);
+      memcpy(b + k, s->v[k] + other, sizeof *b);
+      a[k] *= power[k];
+      b[k] *= power[k];
     }
-    double sum[PS_NX] = {0};
-    for (int k = p; k >= lowest; k--) {
-      for (int i = 0; i < PS_NX; i++) {
-        const double next = sum[i] + b[k][i];
-        b[k][i] = -sum[i];
-        sum[i] = next;
+    for (int r = 0; r <= p; r++) {
+      ps_side x = {0}, y = {0};
+      if (r % 2 == 0) {
+        x = a[lowest];
+        y = b[lowest++];
+      } else {
+        for (int k = highest; k >= lowest; k--) {
+          const ps_side next = x + a[k], after = y + b[k];
+          a[k] = -x;
+          b[k] = -y;
+          x = next;
+          y = after;
+        }
+        highest--;
       }
+      memcpy(row + r * PS_NX + one, &x, sizeof x);
+      memcpy(row + r * PS_NX + other, &y, sizeof y);
     }
-    memcpy(row, sum, sizeof sum);
   }
 }
 
