@@ -30,11 +30,16 @@ COMMANDS = {
     "--range phi_dot=-8:8 --set mu=1.5 --slip 1 --out",
     "two-contacts-rocking.png": "simulate block-two-feet --state theta=0.1 --law rigid --t-end 2 "
     "--set beta=0,h=0.3,mu_A=1.5,mu_B=1.5 --law-set e_energetic=0 --plot",
+    "robot-foot.png": "robot examples/robots/quadruped.urdf --contact LF_foot --pose standing "
+    "--mu 2 --out",
     "fit-force.png": "fit examples/studies/fit/force.csv rod --law bilinear-hertz "
     "--state theta=1,theta_dot=1,x_A_dot=-1,y_A_dot=-0.02 --estimate e_energetic,mu,E "
     "--law-set E=5e10,e_energetic=0.5 --set mu=1.35 --out",
 }
 """Commands of `painleve` without the name of their file, by the figure in docs/figures."""
+
+PAGES = {"explorer-rod.png": "explore rod --out"}
+"""Commands that write a page of which a figure is the picture in Chromium."""
 
 ITEMS = {"table-3-impact.png": "fig-8", "jump-convergence.png": "jump-convergence"}
 """Items of `painleve reproduce`, by the figure in docs/figures."""
@@ -102,6 +107,8 @@ def recipes() -> Iterator[tuple[tuple[Path, ...], Callable[[Path], None]]]:
     commands = {**COMMANDS, **dict(films())}
     for name, command in commands.items():
         yield (FIGURES / name,), partial(run_command, command, name)
+    for name, command in PAGES.items():
+        yield (FIGURES / name,), partial(run_screenshot, command, name)
     for name, item in ITEMS.items():
         yield (FIGURES / name,), partial(run_item, item, name)
     for script in SCRIPTS:
@@ -124,6 +131,20 @@ def films() -> Iterator[tuple[str, str]]:
 def run_command(command: str, name: str, folder: Path) -> None:
     """Run a command of `painleve` that ends with the name of its file."""
     _python("-m", "painleve_sym", *shlex.split(command), str(folder / Path(name).name))
+
+
+def run_screenshot(command: str, name: str, folder: Path) -> None:
+    """Write a page and take its picture in Chromium."""
+    page = folder / "page.html"
+    _python("-m", "painleve_sym", *shlex.split(command), str(page))
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        raise SystemExit("figures: needs Chromium. Fix: make setup-browser.")
+    options = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--no-first-run")
+    places = (f"--user-data-dir={folder / 'profile'}", f"--screenshot={folder / name}")
+    size = ("--window-size=1200,1180", "--virtual-time-budget=8000")
+    words = [browser, *options, *places, *size, page.as_uri()]
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def run_item(item: str, name: str, folder: Path) -> None:
@@ -153,7 +174,7 @@ def place(drawn: Path, figure: Path) -> None:
     if drawn.suffix == ".png":
         with Image.open(drawn) as image:
             flat = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-            flat.save(drawn, optimize=True, dpi=image.info["dpi"])
+            flat.save(drawn, optimize=True, dpi=image.info.get("dpi", (96, 96)))
     shutil.move(drawn, ROOT / figure)
 
 
