@@ -1,4 +1,4 @@
-"""Contact mechanics of mechanisms with dry friction where rigid bodies have no answer, or two.
+"""Dry-friction contact where rigid-body theory has no solution, or several.
 
 The names that people need first, loaded when first used, so that importing the package stays quick.
 `models` and `laws` hold the named mechanisms and contact laws as functions; the other names stand

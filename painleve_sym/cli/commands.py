@@ -553,7 +553,7 @@ command(
 command(
     "robot",
     "robot",
-    "judge the contact of a robot: the friction from which it is at risk",
+    "find the friction above which a robot's contact can jam",
     text("file FILE", "the robot, a URDF or MJCF file"),
     text(
         "--contact FRAME,...",

@@ -350,7 +350,7 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     show_table(("state", "value", "unit"), rows, left=(0, 2))
     _show_findings(trajectory, units)
     residual = trajectory.energy_residual
-    closes = f", energy closes to {number(residual, 2)}" if trajectory.energy_closes else ""
+    closes = f", relative energy error {number(residual, 2)}" if trajectory.energy_closes else ""
     show(
         f"{counted(trajectory.counters['accepted_steps'], 'step')}, "
         f"{counted(len(trajectory.events), 'event')}, "

@@ -7,7 +7,7 @@ DERIVE_FORMATS = ("text", "latex", "python", "json")
 AUTOMATON_FORMATS = ("text", "mermaid", "graphviz", "json")
 
 OPENING = """\
-Contact with dry friction where rigid bodies have no answer, or two.
+Dry-friction contact where rigid-body theory has no solution, or several.
 
 commands:
 """

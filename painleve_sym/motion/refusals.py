@@ -17,8 +17,8 @@ from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws, Start
 from painleve_sym.units import Value
 
 _JAM = (
-    "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
-    "none possible; use one contact at a time, or a compliant law"
+    "the contacts wedge: no finite impulse ends this rigid impact; use a compliant law, or one "
+    "contact at a time"
 )
 _GUIDE_MEETS = (
     "the slip meets A = 0, where the force of the guide grows without bound and rigid theory ends; "

@@ -54,7 +54,7 @@ class ContactCase(Explained):
     INCONSISTENT = ("inconsistent", "no forces of a rigid contact are possible here")
     INDETERMINATE = ("indeterminate", "several solutions, the rigid model does not choose")
     UNIQUE = ("unique", "one solution")
-    HYPERSTATIC = ("hyperstatic", "one motion, but rigidity leaves its forces open")
+    HYPERSTATIC = ("hyperstatic", "one motion, statically indeterminate: its forces are not unique")
     UNKNOWN = ("unknown", "no solution is known, and none is proved not to exist")
     ONE_KNOWN = ("one_known", "one solution is known, and none is proved to be the only one")
 

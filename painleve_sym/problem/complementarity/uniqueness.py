@@ -59,20 +59,19 @@ class Uniqueness(enum.StrEnum):
 
     UNIQUE_FOR_ALL = (
         "unique_for_all",
-        "whatever the accelerations b, there is exactly one set of forces. All contacts sliding: "
-        "the matrix is a P-matrix; otherwise the determinants of all choices are positive",
+        "there is exactly one solution for every load",
         "Cottle, Pang & Stone (1992), theorem 3.3.7; Scholtes (1996) for contacts at rest",
     )
     SOLVABLE_FOR_ALL = (
         "solvable_for_all",
-        "whatever b, there is at least one set of forces, since the matrix is strictly copositive "
-        "on the friction cones; for some b there are several or a continuum, so ask solutions()",
+        "there is at least one solution for every load, and several for some loads; solutions() "
+        "lists those of this load",
         "Cottle, Pang & Stone (1992), section 3.8; the module's degree argument at rest",
     )
     NOT_GUARANTEED = (
         "not_guaranteed",
-        "for some b the forces are not unique, and for some there may be none (Painlevé's "
-        "paradox): nothing is promised, so ask solutions() at the b of interest",
+        "this contact matrix does not guarantee a unique solution for every load, nor any at all "
+        "(Painlevé's paradox); solutions() lists those of this load",
         "Painlevé (1895)",
     )
 
