@@ -1,6 +1,7 @@
 from painleve_sym import laws as laws
 from painleve_sym import models as models
 from painleve_sym.at.cases import classify as classify
+from painleve_sym.at.classification_table import classify_batch as classify_batch
 from painleve_sym.at.jump import evaluate_jump as evaluate_jump
 from painleve_sym.c_export.export import export_c as export_c
 from painleve_sym.choices import EngineName as EngineName

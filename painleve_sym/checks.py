@@ -218,6 +218,8 @@ def checked_values(
         if isinstance(value, str):
             value = in_unit(value, unit(name), f"{where}: {kind} {name}")
         values[name], text = checked_number(value, f"{kind} {name}")
+        if text and kind == "state" and hasattr(value, "__len__"):
+            text += " Fix: arrays of states are for classify_batch and simulate_batch."
         faults += filter(None, [text or fault(name, values[name])])
     if faults:
         raise InputError(f"{where}: " + " ".join(faults))

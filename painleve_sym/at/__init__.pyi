@@ -1,5 +1,7 @@
 from painleve_sym.at.cases import classify as classify
 from painleve_sym.at.classification import Classification as Classification
+from painleve_sym.at.classification_table import ClassificationTable as ClassificationTable
+from painleve_sym.at.classification_table import classify_batch as classify_batch
 from painleve_sym.at.closing import closed_state as closed_state
 from painleve_sym.at.delassus import Delassus as Delassus
 from painleve_sym.at.jump import JumpPhase as JumpPhase

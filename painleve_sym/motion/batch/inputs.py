@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,15 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.at.array_inputs import common_shape, given_arrays, numbers_of
 from painleve_sym.at.closing import closed_states
-from painleve_sym.checks import LARGEST, StateLike, by_name, size_text
+from painleve_sym.checks import StateLike
 from painleve_sym.equality import Compared
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
 from painleve_sym.motion.pressed_start import RESOLVED, has_past
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
-from painleve_sym.units import in_unit
 
 BLOCK = 4096
 """Rows a thread takes at a time: at the ends of a block lanes are empty."""
@@ -73,40 +72,17 @@ class BatchInputs(Compared):
     ) -> BatchInputs:
         """Return the inputs; InputError lists every fault of names, numbers and ranges."""
         mechanism, where = simulator.mechanism, f"batch of {simulator.where}"
-        declared = simulator.declared.by_name
-        values: dict[str, Array] = {n: np.array(0.0) for n in mechanism.state_names}
-        values |= {n: np.array(p.default) for n, p in declared.items()}
-        units, faults = simulator.units, list[str | None]()
-        named = mechanism.outline.named_state(f"{where}: states", _as_array(states))
-        for kind, given, known in (
-            ("state", named, mechanism.state_names),
-            ("parameter", parameters, tuple(declared)),
-        ):
-            for name, entries in by_name(given, f"{where}: {kind}s").items():
-                if name not in known:
-                    faults.append(unknown_name(kind, name, known))
-                    continue
-                values[name], fault = _numbers(f"{kind} {name}", entries, units[name])
-                if kind == "parameter" and fault is None:
-                    ends = (float(values[name].min()), float(values[name].max()))
-                    fault = next(filter(None, map(declared[name].fault, ends)), None)
-                faults.append(fault)
+        given = states, parameters, simulator.declared.by_name
+        values, faults = given_arrays(where, mechanism, *given)
         if force is not None:
-            force, fault = _numbers("initial_force", force, "N")
+            force, fault = numbers_of("initial_force", force, "N")
             if not fault and float(force.min()) < 0:
                 fault = f"initial_force: got {float(force.min())!r}, need >= 0."
-            faults += [fault, initial_force_fault(simulator)]
-        if any(faults):
-            raise InputError(f"{where}: " + " ".join(filter(None, faults)))
-        every = (*values.values(), *(() if force is None else (force,)))
-        try:
-            shape = np.broadcast_shapes(*(a.shape for a in every))
-        except ValueError:
-            shapes = ", ".join(f"{n} {a.shape}" for n, a in values.items() if a.ndim)
-            raise InputError(
-                f"{where}: the arrays' shapes do not fit each other: {shapes}. Fix: give arrays "
-                "that broadcast, as numpy does."
-            ) from None
+            faults += filter(None, [fault, initial_force_fault(simulator)])
+        if faults:
+            raise InputError(f"{where}: " + " ".join(faults))
+        more = {} if force is None else {"initial_force": force}
+        shape = common_shape(where, values | more)
         if close is not None:
             whole = {n: np.broadcast_to(a, shape) for n, a in values.items()}
             values |= closed_states(mechanism, whole, close)
@@ -164,29 +140,3 @@ class BatchInputs(Compared):
             deep = block.states[:, places] < -RESOLVED * block.scales[:, places]
             count += int((deep.any(axis=1) & (block.refusal == RUNS)).sum())
         return count
-
-
-def _as_array(states: StateLike) -> StateLike:
-    """Return a list of lists as an array, whose last axis is that of the states."""
-    if isinstance(states, list | tuple):
-        with suppress(TypeError, ValueError):
-            return np.asarray(states, dtype=np.float64)
-    return states
-
-
-def _numbers(name: str, given: ArrayLike, unit: str) -> tuple[Array, str | None]:
-    if isinstance(given, str):
-        given = in_unit(given, unit, name)
-    try:
-        values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        return np.zeros(()), f"{name}: got {given!r}, need numbers."
-    if not values.size:
-        return np.zeros(()), f"{name}: got no numbers, need at least one."
-    usable = np.abs(values) <= LARGEST
-    if not usable.all():
-        place = np.unravel_index(np.argmin(usable), values.shape)
-        value, at = float(values[place]), f" at {list(map(int, place))}" if place else ""
-        need = f"finite numbers{size_text(value)}"
-        return np.zeros(()), f"{name}: got {value!r}{at}, need {need}."
-    return values, None
