@@ -6,35 +6,28 @@ have certain values most of that is nothing: the rest is shorter, and equal but 
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
-from painleve_sym.automata.automaton import Definition, HybridAutomaton, LinearSystem, Mode
-
-MOST_VARIANTS = 16
-"""Of an automaton: each takes the compiler up to a tenth of the time of the whole."""
-SHORTER = 2 / 3
-"""Of the operations of a mode: a variant that has more of them is not worth its compilation."""
+from painleve_sym.automata.automaton import Definition, HybridAutomaton, LinearSystem, Mode, Part
 
 Term = Definition | LinearSystem
 Terms = tuple[Term, ...]
+Memory = Mapping[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
 class Variant:
     """The modes of an automaton with constants in place of some of its memory.
 
-    `place` is that of the constants among the combinations of `known_memory`. `terms` take the
-    place of those of the automaton that define the same symbols; those that are numbers are
-    `constants`, too.
+    `terms` take the place of those of the automaton that define the same symbols; those that are
+    numbers are `constants`, too.
     """
 
-    place: int
-    constants: Mapping[sp.Symbol, sp.Expr]
+    constants: Memory
     terms: Terms
 
     def field(self, mode: Mode) -> dict[sp.Symbol, sp.Expr]:
@@ -51,32 +44,43 @@ class Variant:
         return {j: g for j, g in guards.items() if not (g.is_number and g >= 0)}
 
 
-def known_memory(automaton: HybridAutomaton) -> tuple[tuple[Mapping[sp.Symbol, sp.Expr], ...], ...]:
-    """Return the values of the memory of each part for which there are variants.
+def known_memory(automaton: HybridAutomaton, values: Sequence[float]) -> Memory:
+    """Return the memory that the variant for these values takes as constants.
 
-    Their combinations are not more than `MOST_VARIANTS`: the last values of the parts with the most
-    are left out.
+    Of each part that of the first of its `Part.variants` that agrees with the values, else all of
+    it that are whole numbers: flags, signs and indices. Infinity stands for any value.
     """
-    values = [list(part.variants) for part in automaton.parts]
-    while math.prod(map(len, values)) > MOST_VARIANTS:
-        max(values, key=len).pop()
-    return tuple(map(tuple, values))
+    given = dict(zip(automaton.memory, values, strict=True))
+    known: dict[sp.Symbol, sp.Expr] = {}
+    for part in automaton.parts:
+        known |= next((v for v in part.variants if _agrees(v, given)), _whole(part, given))
+    return known
 
 
-def variants(automaton: HybridAutomaton) -> Iterator[Variant]:
-    """Yield the variants of an automaton in the order of their places."""
-    if not automaton.parts:
-        return
-    known = {s for part in automaton.parts for one in part.variants for s in one}
-    terms: list[Term] = []
+def known_values(automaton: HybridAutomaton, values: Sequence[float]) -> tuple[float, ...]:
+    """Return what the variant for these values knows of each entry, infinity for any value."""
+    known = known_memory(automaton, values)
+    constants = (known.get(s, s) for s in automaton.memory)
+    return tuple(float(v) if v.is_number else math.inf for v in constants)
+
+
+def _agrees(variant: Memory, given: Mapping[sp.Symbol, float]) -> bool:
+    return all(not value.is_number or float(value) == given[s] for s, value in variant.items())
+
+
+def _whole(part: Part, given: Mapping[sp.Symbol, float]) -> Memory:
+    return {s: sp.Integer(int(given[s])) for s in part.memory if float(given[s]).is_integer()}
+
+
+def variant(automaton: HybridAutomaton, known: Memory) -> Variant:
+    """Return the variant of an automaton with these constants in place of memory."""
+    reached, terms = set(known), list[Term]()
     for term in automaton.terms:
-        if known & term.needs:
-            known |= set(term.symbols)
+        if reached & term.needs:
+            reached |= set(term.symbols)
             terms.append(term)
-    for place, values in enumerate(itertools.product(*known_memory(automaton))):
-        constants = {s: value for one in values for s, value in one.items()}
-        own = tuple(_specialised(tuple(terms), constants))
-        yield Variant(place, constants, own)
+    constants = dict(known)
+    return Variant(constants, tuple(_specialised(tuple(terms), constants)))
 
 
 def _specialised(terms: Terms, constants: dict[sp.Symbol, sp.Expr]) -> Iterator[Term]:

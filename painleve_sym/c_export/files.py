@@ -11,17 +11,19 @@ from typing import Any
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import Outline
+from painleve_sym.automata.variants import known_values
 from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
 from painleve_sym.engines.c_texts import initializer
 from painleve_sym.engines.compiled import CompiledEngine, EngineCode
-from painleve_sym.engines.protocol import BEFORE, DEFAULT_RTOL, ENGINE_REASONS, RunOptions
+from painleve_sym.engines.protocol import BEFORE, DEFAULT_RTOL, ENGINE_REASONS, Places, RunOptions
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.escape import c_comment, c_name, c_string, markdown_text, one_line
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.motion.continuation import SMALL
 from painleve_sym.motion.refusals import initial_force_fault
+from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.version import __version__
@@ -56,7 +58,12 @@ class MotionCode:
     def code(self) -> EngineCode:
         """The C of the engine, from the cache where it is there, and the automaton's outline."""
         kind = TaylorEngine if self.engine_name == TaylorEngine.name else CompiledEngine
-        return kind.code_of(self.simulator.contact)
+        return kind.code_of(self.simulator.contact, given=self.entered)
+
+    @property
+    def entered(self) -> Places:
+        """Modes with memory for which there are variants, too."""
+        return ()
 
     @property
     def outline(self) -> Outline:
@@ -130,6 +137,16 @@ class ExampleCode(MotionCode):
     until: tuple[str, ...]
     limits: Mapping[str, int]
     initial_force: float | None
+
+    @property
+    def entered(self) -> Places:
+        """Modes and memories of the example: with them it is the package to the last bit."""
+        record = self.trajectory.record
+        if not self.simulator.outline.parts or not isinstance(record, RunRecord):
+            return ()
+        automaton = self.simulator.automaton
+        moving = (at for at in record.entered if automaton.modes[at[0]].field)
+        return list(dict.fromkeys((i, known_values(automaton, memory)) for i, memory in moving))
 
 
 def code_files(code: MotionCode) -> dict[str, str]:

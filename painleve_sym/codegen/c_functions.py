@@ -6,9 +6,8 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 
@@ -58,6 +57,7 @@ _PARTS = """\
 #endif
 #define CASADI_SYMBOL_EXPORT PS_SHARED
 """
+_SHARED = "/* ---- what every part sees ---- */"
 _PART_LENGTH = 25_000
 """Characters of CasADi's functions in one part: a compiler takes half a second for them."""
 _DENSE_LENGTH = 20_000
@@ -68,7 +68,7 @@ _PIECE = 250
 """Statements of CasADi's functions in one function of C: the time of compilers grows faster than
 the length of a function, and that of twice as many is cut."""
 
-_PIECE_ARGUMENTS = "const casadi_real **arg, casadi_real **res, casadi_real *w"
+_PIECE_ARGUMENTS = "const casadi_real **arg, casadi_real **res, casadi_real *v"
 
 _STRAIGHT = "-Og"
 """How far CasADi's functions are optimized: -O3 takes the compiler twice as long, and makes no run
@@ -80,6 +80,13 @@ a third of its time, and runs take 6 % less to 4 % more. Functions that begin an
 rod's run a tenth slower by chance."""
 
 
+class Written(NamedTuple):
+    """Functions of C, and how far they are to be optimized where that is not as in `FLAGS`."""
+
+    texts: Sequence[str]
+    level: str = ""
+
+
 def c_functions(functions: Iterable[ca.Function]) -> str:
     """Return the C text of functions, to be used within the same file."""
     return _EXPORT + _generated(functions)
@@ -89,13 +96,13 @@ def c_file(
     functions: Sequence[ca.Function],
     callers: str,
     shared: str = "",
-    more: Sequence[Sequence[str]] = (),
+    more: Sequence[Written] = (),
 ) -> str:
     """Return a C file of functions and of the code that calls them.
 
     Its parts may be compiled side by side (`compile.compiled_library`). `callers` may name every
     function, every part sees `shared` first, and `more` are further functions, each `PS_SHARED`, in
-    groups of which no part has two.
+    groups of which no part has two, with how far they are to be optimized.
     """
     text = _generated(functions)
     text, end, rest = text.rpartition(_END)
@@ -104,13 +111,30 @@ def c_file(
     blocks = [_LONG.sub(_in_pieces, block) for block in blocks]
     arguments = "(const casadi_real **, casadi_real **, casadi_int *, casadi_real *, int);"
     declared += [f"PS_SHARED int {f.name()}{arguments}" for f in functions]
-    declared += [f"{head};" for text in chain(*more) for head in _SIGNATURE.findall(text)]
+    declared += [
+        f"{head};" for group in more for text in group.texts for head in _SIGNATURE.findall(text)
+    ]
     groups = [(text, _STRAIGHT) for text in _shared_out(blocks, _PART_LENGTH)]
-    groups += [(text, "") for texts in more for text in _shared_out(texts, _DENSE_LENGTH)]
+    groups += [(text, of.level) for of in more for text in _shared_out(of.texts, _DENSE_LENGTH)]
     parts = [_part(i, text, level) for i, (text, level) in enumerate(groups, 1)]
     # The callers come last, where the functions are known.
-    pieces = (_PARTS + head, shared, *declared, "", *parts, end + rest, _part(0, callers, ""))
+    pieces = (
+        _PARTS + head,
+        _SHARED,
+        shared,
+        _SHARED,
+        *declared,
+        "",
+        *parts,
+        end + rest,
+        _part(0, callers, ""),
+    )
     return "\n".join(pieces)
+
+
+def shared_text(file: str) -> str:
+    """Return what every part of a file of `c_file` sees."""
+    return file.split(_SHARED)[1].strip("\n")
 
 
 def for_single_motions(file: str) -> str:
@@ -161,11 +185,12 @@ def _shared_out(blocks: Sequence[str], length: int) -> list[str]:
 def _in_pieces(function: re.Match[str]) -> str:
     """Return a long function as a chain of short ones.
 
-    What one leaves for others lies in the work array, which has a place for each variable.
+    What one leaves for others lies in an array, which has a place for each variable.
     """
     lines = function["body"].splitlines()
     if len(lines) < 2 * _PIECE:
         return function[0]
+    places = 1 + max(int(a[1:]) for a in _VARIABLE.findall(function["body"]))
     name, needed = function["name"], set[str]()
     texts: list[str] = []
     for first in reversed(range(0, len(lines), _PIECE)):
@@ -176,16 +201,17 @@ def _in_pieces(function: re.Match[str]) -> str:
         kept = [f"  {_place(a)} = {a};" for a in sorted(written & needed)]
         needed = needed - written | inputs
         head = f"static __attribute__((noinline)) void {name}_{first}({_PIECE_ARGUMENTS}) {{"
-        unused = "  (void)arg; (void)res; (void)w;"
+        unused = "  (void)arg; (void)res; (void)v;"
         texts.append("\n".join((head, f"  casadi_real {declared};", *own, *kept, unused, "}\n")))
-    calls = [f"  {name}_{first}(arg, res, w);" for first in range(0, len(lines), _PIECE)]
+    calls = [f"  {name}_{first}(arg, res, v);" for first in range(0, len(lines), _PIECE)]
     head = function[0].partition("\n")[0]
-    return "\n".join((*reversed(texts), head, *calls, "  return 0;\n}\n"))
+    kept_for_others = f"  casadi_real v[{places}];"
+    return "\n".join((*reversed(texts), head, kept_for_others, *calls, "  return 0;\n}\n"))
 
 
 def _place(variable: str) -> str:
-    """Return the place of a variable in the work array."""
-    return f"w[{int(variable[1:])}]"
+    """Return the place of a variable in the array that pieces share."""
+    return f"v[{int(variable[1:])}]"
 
 
 def _read_and_written(lines: Sequence[str]) -> tuple[set[str], set[str]]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,69 +20,114 @@ from painleve_sym.automata.automaton import (
     Reset,
     Transition,
 )
-from painleve_sym.automata.variants import SHORTER, Terms, variants
+from painleve_sym.automata.variants import Terms, known_memory, known_values, variant
 from painleve_sym.codegen.bridge import Translator
 from painleve_sym.codegen.linear import least_solution, solution
 
 
-@dataclass(frozen=True)
-class VariantFunctions:
-    """Field, guards and jets of a mode while some of its memory has certain values.
+class Smooth:
+    """Smooth functions of a motion; arguments of the functions are always (x, z, c).
 
-    Those of `ModeFunctions`, without the guards that say nothing there: the others belong to the
-    `transitions` of the mode with the index `mode`. `place` is that of its `Variant`; None for a
-    mode as it is.
+    `rates` are those of the automaton's own states, `margins` the guards. The names of the
+    functions end in `number`.
     """
 
+    def __init__(
+        self, of: AutomatonFunctions, number: int, rates: ca.SX, guards: list[ca.SX]
+    ) -> None:
+        self._of, self.number, self.rates = of, number, rates
+        self.margins = ca.vertcat(ca.SX(0, 1), *guards)
+
+    @cached_property
+    def field(self) -> ca.Function:
+        """The rates ẋ."""
+        return self._of.function(f"field_{self.number}", [self._of.all_rates(self)])
+
+    @cached_property
+    def _jet(self) -> list[ca.SX]:
+        return self._of.jet(self.margins, self.rates)
+
+    @cached_property
+    def guards(self) -> ca.Function:
+        """The guards and their first Lie derivatives along the field, two vectors."""
+        return self._of.function(f"guards_{self.number}", self._jet[:2])
+
+    @cached_property
+    def jets(self) -> ca.Function:
+        """The guards, their first and second Lie derivatives, and ẋ."""
+        results = [*self._jet, self._of.all_rates(self)]
+        return self._of.function(f"jets_{self.number}", results)
+
+
+@dataclass(frozen=True)
+class VariantFunctions:
+    """Smooth functions of the mode with the index `mode`, while its memory has `known` values.
+
+    Guards that say nothing there are left out: the others belong to the `transitions` of the mode.
+    `known` has one value for each entry of the memory, infinity for any. Where not `runs`, a mode
+    as it is of which variants take the place, only its field is of use.
+    """
+
+    smooth: Smooth
     mode: int
-    place: int | None
+    known: tuple[float, ...]
     transitions: tuple[int, ...]
-    field: ca.Function
-    guards: ca.Function
-    jets: ca.Function
+    runs: bool = True
+
+    def all(self) -> tuple[ca.Function, ...]:
+        """Every function, for code generation."""
+        of = self.smooth
+        return (of.field, of.guards, of.jets) if self.runs else (of.field,)
 
 
 @dataclass(frozen=True)
 class ModeFunctions:
     """The CasADi functions of one mode; arguments are always (x, z, c).
 
-    `field` is ẋ. `guards` are guards and their first Lie derivatives along the field, two vectors;
-    an immediate transition has none. `jets` have the second ones and ẋ, too. Per transition
-    `events` are x⁺, z⁺ and the conditions of its choices, 1 or 0; the engine passes a fourth
-    argument, 1 where a guard crossed zero from above in time and 0 where it fired at once. `limits`
-    are x⁺ and z⁺ beyond an accumulation that is passed. `tests` have first and second Lie
-    derivatives, and their scales: four vectors.
+    Per transition `events` are x⁺, z⁺ and the conditions of its choices, 1 or 0; the engine passes
+    a fourth argument, 1 where a guard crossed zero from above in time and 0 where it fired at once;
+    an immediate transition has no guard. `limits` are x⁺ and z⁺ beyond an accumulation that is
+    passed. `tests` have first and second Lie derivatives, and their scales: four vectors.
     """
 
-    field: ca.Function
-    guards: ca.Function
-    jets: ca.Function
+    smooth: Smooth
     events: tuple[ca.Function, ...]
     limits: dict[int, ca.Function]
     outputs: ca.Function
     tests: ca.Function | None = None
 
+    @property
+    def field(self) -> ca.Function:
+        """The rates ẋ."""
+        return self.smooth.field
+
+    @property
+    def guards(self) -> ca.Function:
+        """The guards and their first Lie derivatives along the field, two vectors."""
+        return self.smooth.guards
+
+    @property
+    def jets(self) -> ca.Function:
+        """The guards, their first and second Lie derivatives, and ẋ."""
+        return self.smooth.jets
+
     def all(self) -> tuple[ca.Function, ...]:
-        """Every function, for code generation."""
-        return (
-            self.field,
-            self.guards,
-            self.jets,
-            *self.events,
-            *self.limits.values(),
-            self.outputs,
-            *(() if self.tests is None else (self.tests,)),
-        )
+        """Every function that is not smooth, for code generation."""
+        tests = () if self.tests is None else (self.tests,)
+        return (*self.events, *self.limits.values(), self.outputs, *tests)
 
 
 class AutomatonFunctions:
-    """Translates an automaton once; x are states, z memory, c parameters, then definitions."""
+    """Translates an automaton once; x are states, z memory, c parameters, then definitions.
+
+    `has_variants` tells whether modes whose local modes are data run as variants of them alone.
+    """
 
     directions = 0
     """Number of directions in which states are differentiated."""
 
-    def __init__(self, automaton: HybridAutomaton) -> None:
-        self.automaton = automaton
+    def __init__(self, automaton: HybridAutomaton, has_variants: bool = True) -> None:
+        self.automaton, self.has_variants = automaton, has_variants
         self.x = self._x = ca.SX.sym("x", len(automaton.states))
         self.z = self._z = ca.SX.sym("z", len(automaton.memory))
         constants = (*automaton.parameters, *automaton.definitions)
@@ -136,7 +182,7 @@ class AutomatonFunctions:
         memory, vector = self.automaton.memory, self._translate.vector
         conditions = vector([a.condition for a in alternatives])
         columns = [vector([a.memory.get(s, s) for s in memory]) for a in alternatives]
-        return self._function("alternatives", [conditions, ca.horzcat(*columns)])
+        return self.function("alternatives", [conditions, ca.horzcat(*columns)])
 
     @cached_property
     def impacts(self) -> ca.Function | None:
@@ -145,7 +191,7 @@ class AutomatonFunctions:
         Seven results, matrices column by column; None where the automaton has no impacts.
         """
         numbers = self._impact_numbers()
-        return self._function("impacts", numbers) if numbers else None
+        return self.function("impacts", numbers) if numbers else None
 
     def _impact_numbers(self) -> list[ca.SX]:
         given = self.automaton.impacts
@@ -173,7 +219,7 @@ class AutomatonFunctions:
     @cached_property
     def starts(self) -> ca.Function:
         """Conditions of the start choices."""
-        return self._function("starts", [self._conditions(self.automaton.starts)])
+        return self.function("starts", [self._conditions(self.automaton.starts)])
 
     @cached_property
     def prepared(self) -> ca.Function | None:
@@ -218,27 +264,29 @@ class AutomatonFunctions:
         return tuple(self._mode(i, m) for i, m in enumerate(self.automaton.modes))
 
     @cached_property
-    def variants(self) -> tuple[VariantFunctions, ...]:
-        """Functions of the modes that move, for values of the memory that parts declare."""
-        kept: list[VariantFunctions] = []
-        moving = [(i, mode) for i, mode in enumerate(self.automaton.modes) if mode.field]
-        for at in variants(self.automaton):
-            translate = Translator(self._with_terms(self._table, at.terms))
-            for i, mode in moving:
-                rates = self._rates_of(at.field(mode), translate)
-                size = self._function("field", [rates]).n_instructions()
-                if size > SHORTER * self.modes[i].field.n_instructions():
-                    continue
-                guards, number = at.guards(mode), len(self.automaton.modes) + len(kept)
-                functions = self._smooth(number, rates, [translate(g) for g in guards.values()])
-                kept.append(VariantFunctions(i, at.place, tuple(guards), *functions))
-        return tuple(kept)
+    def as_they_are(self) -> tuple[VariantFunctions, ...]:
+        """The modes as they are; without guards where variants take their place."""
+        return tuple(map(self._as_it_is, range(len(self.modes))))
 
-    @property
-    def every_variant(self) -> tuple[VariantFunctions, ...]:
-        """The modes as they are, then `variants`."""
-        modes = enumerate(zip(self.automaton.modes, self.modes, strict=True))
-        return (*(_as_it_is(i, *pair) for i, pair in modes), *self.variants)
+    def is_switched(self, i: int) -> bool:
+        """Whether variants take the place of a mode: it moves, and its local modes are data."""
+        given = self.automaton
+        return bool(self.has_variants and given.parts and given.modes[i].field)
+
+    def _as_it_is(self, i: int) -> VariantFunctions:
+        mode, memory = self.automaton.modes[i], self.automaton.memory
+        guarded = tuple(j for j, t in enumerate(mode.transitions) if t.guard is not None)
+        known = (math.inf,) * len(memory)
+        return VariantFunctions(self.modes[i].smooth, i, known, guarded, not self.is_switched(i))
+
+    def variant(self, i: int, memory: Sequence[float], number: int) -> VariantFunctions:
+        """Return the functions of the variant of a mode for a memory; see `known_memory`."""
+        known = known_memory(self.automaton, memory)
+        at, mode = variant(self.automaton, known), self.automaton.modes[i]
+        translate = Translator(self._with_terms(self._table, at.terms))
+        rates, guards = self._rates_of(at.field(mode), translate), at.guards(mode)
+        smooth = Smooth(self, number, rates, [translate(g) for g in guards.values()])
+        return VariantFunctions(smooth, i, known_values(self.automaton, memory), tuple(guards))
 
     @property
     def output_size(self) -> int:
@@ -249,11 +297,12 @@ class AutomatonFunctions:
         """Every function, for code generation."""
         some = (self.alternatives, self.impacts, self.prepared, self.scales)
         more = [f for f in some if f is not None]
-        variants = (f for v in self.variants for f in (v.field, v.guards, v.jets))
+        smooth = (f for v in self.as_they_are for f in v.all())
         modes = (f for m in self.modes for f in m.all())
-        return (self.constants, self.starts, *more, *modes, *variants)
+        return (self.constants, self.starts, *more, *modes, *smooth)
 
-    def _function(self, name: str, results: list[ca.SX], *more: ca.SX) -> ca.Function:
+    def function(self, name: str, results: list[ca.SX], *more: ca.SX) -> ca.Function:
+        """Return the function of states, memory and constants with these results, made dense."""
         return ca.Function(name, [self.x, self.z, self.c, *more], _dense(results))
 
     def _conditions(self, choices: tuple[Choice, ...]) -> ca.SX:
@@ -273,34 +322,26 @@ class AutomatonFunctions:
     def _mode(self, i: int, mode: Mode) -> ModeFunctions:
         rates = self._field(mode)
         guards = [self._translate(t.guard) for t in mode.transitions if t.guard is not None]
-        outputs = self._translate_value.vector(list(mode.outputs.values()))
-        field, slopes, jets = self._smooth(i, rates, guards)
         return ModeFunctions(
-            field=field,
-            guards=slopes,
-            jets=jets,
+            smooth=Smooth(self, i, rates, guards),
             events=tuple(self._event(i, j, t) for j, t in enumerate(mode.transitions)),
             limits={
                 j: self._limit(i, j, t.on_accumulation.reset)
                 for j, t in enumerate(mode.transitions)
                 if t.on_accumulation is not None
             },
-            outputs=self._function(f"outputs_{i}", [outputs]),
+            outputs=self.function(f"outputs_{i}", [self._outputs(i, mode)]),
             tests=self._tests(i, mode, rates),
         )
 
-    def _smooth(
-        self, i: int, field: ca.SX, guards: list[ca.SX]
-    ) -> tuple[ca.Function, ca.Function, ca.Function]:
-        """Return the functions `field`, `guards` and `jets` of a motion."""
-        jet = self._jet(ca.vertcat(ca.SX(0, 1), *guards), field)
-        return (
-            self._function(f"field_{i}", [field]),
-            self._function(f"guards_{i}", jet[:2]),
-            self._function(f"jets_{i}", [*jet, field]),
-        )
+    def _outputs(self, i: int, mode: Mode) -> ca.SX:
+        return self._translate_value.vector(list(mode.outputs.values()))
 
-    def _jet(self, values: ca.SX, field: ca.SX) -> list[ca.SX]:
+    def all_rates(self, of: Smooth) -> ca.SX:
+        """Return the rates of all states of a motion."""
+        return of.rates
+
+    def jet(self, values: ca.SX, field: ca.SX) -> list[ca.SX]:
         """Return values with their first two Lie derivatives."""
         first = ca.jtimes(values, self._x, field)
         return [values, first, ca.jtimes(first, self._x, field)]
@@ -310,14 +351,14 @@ class AutomatonFunctions:
             return None
         values = self._translate.vector([t.value for t in mode.tests])
         scales = self._translate.vector([t.scale for t in mode.tests])
-        return self._function(f"tests_{i}", [*self._jet(values, field), scales])
+        return self.function(f"tests_{i}", [*self.jet(values, field), scales])
 
     def _event(self, i: int, j: int, transition: Transition) -> ca.Function:
         conditions = self._conditions(transition.choices)
-        return self._function(f"event_{i}_{j}", [*self._after(transition.reset), conditions])
+        return self.function(f"event_{i}_{j}", [*self._after(transition.reset), conditions])
 
     def _limit(self, i: int, j: int, reset: Reset) -> ca.Function:
-        return self._function(f"limit_{i}_{j}", self._after(reset))
+        return self.function(f"limit_{i}_{j}", self._after(reset))
 
     def _after(self, reset: Reset) -> list[ca.SX]:
         """Return x⁺ and z⁺."""
@@ -339,11 +380,6 @@ def _solved(term: LinearSystem, translate: Translator) -> dict[Any, ca.SX]:
     scales = [translate(s) for s in term.scales]
     solved, whole = solution(matrix, [r for (r,) in right], scales)
     return dict(zip(term.unknowns, solved, strict=True)) | {term.determinant: whole}
-
-
-def _as_it_is(i: int, mode: Mode, of: ModeFunctions) -> VariantFunctions:
-    guarded = tuple(j for j, t in enumerate(mode.transitions) if t.guard is not None)
-    return VariantFunctions(i, None, guarded, of.field, of.guards, of.jets)
 
 
 def _dense(results: list[ca.SX]) -> list[ca.SX]:

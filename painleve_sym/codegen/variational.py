@@ -19,7 +19,7 @@ Aizerman & Gantmakher (1958); Leine & Nijmeijer (2004); Galán, Feehery & Barton
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -28,7 +28,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.automaton import HybridAutomaton, Mode, Reset, Transition
-from painleve_sym.codegen.modes import AutomatonFunctions, ModeFunctions
+from painleve_sym.codegen.modes import AutomatonFunctions, Smooth
 
 Pattern = Any
 """An array of bool: which derivatives can be different from zero."""
@@ -62,7 +62,7 @@ class VariationalFunctions(AutomatonFunctions):
     def __init__(
         self, automaton: HybridAutomaton, parameters: Sequence[int | None], start: Pattern
     ) -> None:
-        super().__init__(automaton)
+        super().__init__(automaton, has_variants=False)
         self.directions = len(parameters)
         self._moved = tuple(parameters)
         self._rates = [self._field(mode) for mode in automaton.modes]
@@ -95,7 +95,7 @@ class VariationalFunctions(AutomatonFunctions):
         Those of a result of shape (r,) have the shape (r, directions).
         """
         numbers = self._impact_numbers()
-        return self._function("impact_slopes", [*numbers, *map(self.slopes, numbers)])
+        return self.function("impact_slopes", [*numbers, *map(self.slopes, numbers)])
 
     @cached_property
     def struck_states(self) -> list[int]:
@@ -107,11 +107,6 @@ class VariationalFunctions(AutomatonFunctions):
         works = [s for s in given.works if s is not None]
         every = dict.fromkeys([*given.velocities, *contact, *works])
         return [self.automaton.states.index(s) for s in every]
-
-    @property
-    def variants(self) -> tuple[()]:
-        """None: derivatives are those of the modes as they are."""
-        return ()
 
     @property
     def prepared(self) -> None:
@@ -235,20 +230,12 @@ class VariationalFunctions(AutomatonFunctions):
         """Return the derivatives in all directions, those of the states given."""
         return by[0] @ states + by[1] @ self._Z + by[2] @ self._C
 
-    def _mode(self, i: int, mode: Mode) -> ModeFunctions:
-        plain = super()._mode(i, mode)
-        rates = ca.vertcat(
-            self._rates[i], _listed(self._along(self._rates_by[i], self._S), self._S.sparsity())
-        )
-        *jets, _ = plain.jets(self.x, self.z, self.c)
-        return replace(
-            plain,
-            field=self._function(f"field_{i}", [rates]),
-            jets=self._function(f"jets_{i}", [*jets, rates]),
-            outputs=self._function(f"outputs_{i}", [self._all_outputs(i, mode)]),
-        )
+    def all_rates(self, of: Smooth) -> ca.SX:
+        """Return the rates of a mode's states and of their derivatives."""
+        slopes = self._along(self._rates_by[of.number], self._S)
+        return ca.vertcat(of.rates, _listed(slopes, self._S.sparsity()))
 
-    def _all_outputs(self, i: int, mode: Mode) -> ca.SX:
+    def _outputs(self, i: int, mode: Mode) -> ca.SX:
         expressions = list(mode.outputs.values())
         fixed_time = self._S - self._rates[i] @ self._T
         slopes = self._along(self._by(self._translate.vector(expressions)), fixed_time)
@@ -266,13 +253,13 @@ class VariationalFunctions(AutomatonFunctions):
         states = self._S + self._rates[i] @ shift
         results = self._extended(e.after, e.after_by, states, of_event)
         results.append(self._conditions(transition.choices))
-        return self._function(f"event_{i}_{j}", results, self._timed)
+        return self.function(f"event_{i}_{j}", results, self._timed)
 
     def _limit(self, i: int, j: int, reset: Reset) -> ca.Function:
         # What comes before the limit moves it with the events that accumulate: dσ is theirs.
         of_event = (self._T, ca.SX.zeros(1, self.directions), *[ca.SX.zeros(1)] * 4)
         results = self._extended(*self._limits[i, j], self._S, of_event)
-        return self._function(f"limit_{i}_{j}", results)
+        return self.function(f"limit_{i}_{j}", results)
 
     def _extended(
         self, after: ca.SX, after_by: Rows, states: ca.SX, of_event: Sequence[ca.SX]

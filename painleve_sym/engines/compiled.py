@@ -7,6 +7,7 @@ import functools
 import operator
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,7 @@ from painleve_sym.cache import kept_entry, read_entry, write_entry
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import ENGINE, entry_key
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows, Ends, Given, Kept
+from painleve_sym.engines.entered import Entered, entering
 from painleve_sym.engines.listening import listening
 from painleve_sym.engines.protocol import (
     ADMITS,
@@ -27,6 +29,8 @@ from painleve_sym.engines.protocol import (
     DENSE_ROWS,
     ENGINE_REASONS,
     Listener,
+    Place,
+    Places,
     Prepared,
     RawRun,
     RunOptions,
@@ -68,6 +72,7 @@ def _options_structure(nx: int, kinds: int) -> type[Any]:
             ("start_events", ctypes.c_int),
             ("start_mode", ctypes.c_int),
             ("listener", ctypes.c_void_p),
+            ("make", ctypes.c_void_p),
         )
 
     return Options
@@ -107,14 +112,18 @@ class CompiledEngine:
 
         entry = kept_entry(key, written)
         text: str = entry["text"]
-        # With derivatives a motion runs alone, and gains a tenth by all that a compiler can do.
-        alone = text if functions.directions else self._alone(text)
-        self._open(
-            Outline.of(automaton),
-            compiled_library(alone),
-            lambda: compiled_library(text),
-            entry["sizes"],
-        )
+
+        def compiled(text: str, alone: bool) -> Path:
+            # With derivatives a motion runs alone, and gains a tenth by all that a compiler can do.
+            return compiled_library(
+                self._alone(text) if alone and not functions.directions else text
+            )
+
+        def variant(alone: bool, mode: int, known: Sequence[float]) -> Path:
+            return compiled(self._variant_source(functions, (mode, known), text), alone)
+
+        lanes = partial(compiled, text, False)
+        self._open(Outline.of(automaton), compiled(text, True), lanes, variant, entry["sizes"])
 
     @classmethod
     def of_builder(cls, builder: AutomatonBuilder) -> CompiledEngine:
@@ -124,32 +133,63 @@ class CompiledEngine:
         led to, nothing is derived, and the engine knows the automaton's outline alone. NoRecurrence
         as for `code_of`.
         """
+
+        @functools.cache
+        def own_functions() -> AutomatonFunctions:
+            from painleve_sym.codegen.modes import AutomatonFunctions
+
+            return AutomatonFunctions(builder.automaton)
+
+        @functools.cache
+        def code() -> EngineCode:
+            return cls.code_of(builder, own_functions)
+
+        def lanes() -> Path:
+            title = f"lanes of engine {cls.name}"
+            return _library_of(title, builder, lambda: code().text, "for batches")
+
+        def variant(alone: bool, mode: int, known: Sequence[float]) -> Path:
+            def text() -> str:
+                own = cls._variant_source(own_functions(), (mode, known), code().text)
+                return cls._alone(own) if alone else own
+
+            title = f"variant {mode} {known} of engine {cls.name}{'' if alone else ' in lanes'}"
+            return _library_of(title, builder, text, "as its contacts move now")
+
         engine = cls.__new__(cls)
         key, entry, library = _library_entry(f"engine {cls.name}", builder)
         if library:
             outline = of_plain(Outline, entry["outline"])
-            engine._open(outline, library, partial(cls._lanes_of, builder))
-            return engine
-        code = cls.code_of(builder)
-        with progress(f"compiling {builder.title}"):
-            library = compiled_library(cls._alone(code.text))
-        engine._open(code.outline, library, partial(cls._lanes_of, builder, code))
-        if key:
-            write_entry(key, {"library": library.name, "outline": to_plain(engine.outline)})
+        else:
+            outline = code().outline
+            with progress(f"compiling {builder.title}"):
+                library = compiled_library(cls._alone(code().text))
+            if key:
+                write_entry(key, {"library": library.name, "outline": to_plain(outline)})
+        engine._open(outline, library, lanes, variant)
         return engine
 
     @classmethod
-    def code_of(cls, builder: AutomatonBuilder) -> EngineCode:
+    def code_of(
+        cls,
+        builder: AutomatonBuilder,
+        functions: Callable[[], AutomatonFunctions] | None = None,
+        given: Places | None = None,
+    ) -> EngineCode:
         """Return the C code of the automaton of `builder`, from the cache where it is known.
 
-        It depends on no compiler. That an automaton has no Taylor series is remembered as well.
+        It depends on no compiler. That an automaton has no Taylor series is remembered as well. The
+        functions are those of the automaton; they are asked for where the code is not known. With
+        `given`, modes with memory, it runs alone: the modes as they are, and their variants for
+        these memories. Without, variants are derived when a run enters them.
 
         Raises
         ------
         NoRecurrence
             There is no Taylor series.
         """
-        key = entry_key(f"C of engine {cls.name}", builder, by=ENGINE)
+        title = f"C of engine {cls.name}" if given is None else f"C of engine {cls.name}, {given}"
+        key = entry_key(title, builder, by=ENGINE)
         entry = read_entry(key) if key else None
         if entry and "no_recurrence" in entry:
             raise NoRecurrence(entry["no_recurrence"])
@@ -159,8 +199,8 @@ class CompiledEngine:
         def derived() -> EngineCode:
             from painleve_sym.codegen.modes import AutomatonFunctions
 
-            automaton = builder.automaton
-            return EngineCode(cls._source(AutomatonFunctions(automaton)), Outline.of(automaton))
+            own = functions() if functions else AutomatonFunctions(builder.automaton, given is None)
+            return EngineCode(cls._source(own, given or ()), Outline.of(builder.automaton))
 
         try:
             with progress(f"deriving {builder.title}"):
@@ -173,35 +213,26 @@ class CompiledEngine:
             write_entry(key, {"text": code.text, "outline": to_plain(code.outline)})
         return code
 
-    @classmethod
-    def _lanes_of(cls, builder: AutomatonBuilder, code: EngineCode | None = None) -> Path:
-        """Return the library with lanes of the automaton of `builder`, from the cache if there."""
-        key, _, library = _library_entry(f"lanes of engine {cls.name}", builder)
-        if library is None:
-            code = code or cls.code_of(builder)
-            with progress(f"compiling {builder.title} for batches"):
-                library = compiled_library(code.text)
-            if key:
-                write_entry(key, {"library": library.name})
-        return library
-
     def _open(
         self,
         outline: Outline,
         library: Path,
         lanes: Callable[[], Path],
+        variant: Callable[[bool, int, Sequence[float]], Path],
         sizes: Sequence[int] | None = None,
     ) -> None:
         self.library = library
-        self._lanes_library = lanes
+        self._lanes_library, self._variant_library = lanes, variant
         self._lanes_lock = threading.Lock()
         self._batch: Any = None
+        self._lanes_entered: Entered | None = None
         self.outline = outline
         of_state = len(outline.state_names), len(outline.memory_names)
         plain = (*of_state, len(outline.constant_names), len(outline.output_names))
         self._nx, self._nz, self._nc, self._no = sizes or plain
         self._options = _options_structure(self._nx, max(1, len(outline.kinds)))
         self._library = ctypes.CDLL(str(library))
+        self._entered = self._entered_in(self._library, alone=True)
         self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
         self._step_width = StepRecords.width(self._nx, self._nz, self.dense_rows)
         self._event_width = EventRecords.width(self._nx, self._nz)
@@ -233,7 +264,9 @@ class CompiledEngine:
         if lanes > 1:
             with self._lanes_lock:
                 if self._batch is None:
-                    self._batch = ctypes.CDLL(str(self._lanes_library())).ps_batch
+                    library = ctypes.CDLL(str(self._lanes_library()))
+                    self._lanes_entered = self._entered_in(library, alone=False)
+                    self._batch = library.ps_batch
             batch = self._batch
         batch.restype = ctypes.c_long
         batch.argtypes = (
@@ -245,11 +278,23 @@ class CompiledEngine:
         )
         return batch
 
+    def _entered_in(self, library: Any, *, alone: bool) -> Entered | None:
+        """Return what the library calls for variants; None where modes run as they are."""
+        if not hasattr(library, "ps_add_variant"):
+            return None
+        return Entered(library, self._nz, partial(self._variant_library, alone))
+
     @staticmethod
-    def _source(functions: AutomatonFunctions) -> str:
+    def _source(functions: AutomatonFunctions, given: Places = ()) -> str:
         from painleve_sym.engines.source import source
 
-        return source(functions)
+        return source(functions, given)
+
+    @staticmethod
+    def _variant_source(functions: AutomatonFunctions, at: Place, file: str) -> str:
+        from painleve_sym.engines.source import variant_source
+
+        return variant_source(functions, at, file)
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
@@ -303,12 +348,12 @@ class CompiledEngine:
         if last != shared:
             options_in_c = ctypes.byref(self._in_c(shared))
             self._last_options = (shared, options_in_c)
-        if listener is None:
+        if listener is None and self._entered is None:
             kept = self._library.ps_complete(x, z, p, options_in_c, atol, out)
         else:
-            with listening(listener, self._nx) as heard:
-                own = self._options.from_buffer_copy(self._in_c(shared))
-                own.listener = heard
+            own = self._options.from_buffer_copy(self._in_c(shared))
+            hears = listening(listener, self._nx) if listener else nullcontext()
+            with hears as own.listener, entering(self._entered, own):
                 kept = self._library.ps_complete(x, z, p, ctypes.byref(own), atol, out)
         time, mode, reason, stop, *counters, step_count, event_count, width = out[:_HEAD]
         decision = reason == _DECISION
@@ -365,8 +410,11 @@ class CompiledEngine:
         kept_in_c = Kept(kept.events, *counts, chosen.ctypes.data, sampled.ctypes.data)
         ends = Ends.of(rows)
         given = Given(n, *(a.ctypes.data for a in (x, p, t, tolerances)))
-        batch = self._batch_of(self.lanes if n > 1 else 1)
-        done = batch(given, shared, kept_in_c, self.lanes, ends)
+        lanes = self.lanes if n > 1 else 1
+        batch = self._batch_of(lanes)
+        own = self._options.from_buffer_copy(shared)
+        with entering(self._lanes_entered if lanes > 1 else self._entered, own):
+            done = batch(given, own, kept_in_c, self.lanes, ends)
         if done < n:
             raise MemoryError("compiled engine: no memory for a run.")
 
@@ -388,6 +436,18 @@ class CompiledEngine:
         inputs = _bytes(states), _bytes(memory), _bytes(constants)
         self._library.ps_outputs(n, index.tobytes(), *inputs, _Filled.from_buffer(rows))
         return np.frombuffer(rows).reshape(n, self._no)
+
+
+def _library_of(title: str, builder: AutomatonBuilder, text: Callable[[], str], use: str) -> Path:
+    """Return a library from the cache, or compiled from the text that is then asked for."""
+    key, _, library = _library_entry(title, builder)
+    if library is None:
+        source = text()
+        with progress(f"compiling {builder.title} {use}"):
+            library = compiled_library(source)
+        if key:
+            write_entry(key, {"library": library.name})
+    return library
 
 
 def _library_entry(title: str, builder: AutomatonBuilder) -> tuple[str | None, Any, Path | None]:

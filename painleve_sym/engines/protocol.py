@@ -51,6 +51,10 @@ ENDLESS = (EventKind.SETTLE,)
 ADMITS = 3
 """Answers of `Prepared.admits` to a start."""
 
+Place = tuple[int, Sequence[float]]
+"""A mode, by its index, and values of its memory: infinity for any."""
+Places = Sequence[Place]
+
 DENSE_ROWS = 8
 """Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
 

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
+from typing import Any
 
 import casadi as ca
 
 from painleve_sym.automata.automaton import HybridAutomaton, Transition
 from painleve_sym.automata.model import ENERGIES, LOSSES
-from painleve_sym.automata.variants import known_memory
-from painleve_sym.codegen.c_functions import c_file
-from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.engines.c_texts import engine_texts, initializer
-from painleve_sym.engines.protocol import ENGINE_REASONS
+from painleve_sym.codegen.c_functions import Written, c_file, shared_text
+from painleve_sym.codegen.modes import AutomatonFunctions, VariantFunctions
+from painleve_sym.engines.c_texts import engine_texts, initializer, number_text
+from painleve_sym.engines.protocol import ENGINE_REASONS, Place, Places
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import DENSE_STAGES, dop853
 from painleve_sym.errors import EventKind
@@ -29,44 +29,109 @@ AFTER_STEPPER = ("loop/loop", "loop/batch")
 _RUNGE_KUTTA = tuple(f"runge_kutta/{part}" for part in ("step", "extremes", "search", "advance"))
 
 
-def source(functions: AutomatonFunctions) -> str:
+def source(functions: AutomatonFunctions, given: Places = ()) -> str:
     """Return one self-contained C file: everything the event loop needs for this automaton."""
+    variants = every_variant(functions, given)
     parts = engine_texts(*BEFORE_STEPPER, *_RUNGE_KUTTA, *AFTER_STEPPER)
-    return assemble(functions, (), _coefficients(), parts)
+    rows = [variant_row(v, "") for v in variants]
+    stepper = _coefficients()
+    return assemble(functions, variants, (), rows, stepper, parts, "#define PS_OWN_SERIES\n")
+
+
+def variant_source(functions: AutomatonFunctions, at: Place, file: str) -> str:
+    """Return the C file of a variant, to be loaded beside the automaton's own `file`."""
+    variant = functions.variant(*at, len(functions.modes))
+    return variant_file(variant, (), variant_row(variant, ""), file)
+
+
+def every_variant(functions: AutomatonFunctions, given: Places) -> list[VariantFunctions]:
+    """Return the modes as they are, then variants of them."""
+    first = len(functions.modes)
+    own = (functions.variant(*at, number) for number, at in enumerate(given, first))
+    return [*functions.as_they_are, *own]
 
 
 def assemble(
     functions: AutomatonFunctions,
+    variants: Sequence[VariantFunctions],
     more: Sequence[ca.Function],
+    rows: Sequence[str],
     stepper: str,
     engine: Sequence[str],
-    shared: str = "",
-    written: Sequence[Sequence[str]] = (),
+    shared: str,
+    written: Sequence[Written] = (),
 ) -> str:
     """Return the C file of an automaton.
 
-    `more` are functions that the stepper needs besides, `stepper` is C that its files expect above
-    them, `engine` hand-written C in the order in which it must be read. For `shared` and `written`
-    see `c_file`.
+    `more` are functions that the stepper needs besides, `rows` those of the variants in its table,
+    `stepper` is C that its files expect above them, `engine` hand-written C in the order in which
+    it must be read. For `shared` and `written` see `c_file`.
     """
-    every = (*functions.all(), *more)
-    parts = (_tables(functions), stepper, *engine)
-    return c_file(every, "\n".join(parts), _sizes(functions, every) + shared, written)
+    others = (f for v in variants[len(functions.modes) :] for f in v.all())
+    every = (*functions.all(), *others, *more)
+    table = "static const ps_variant PS_VARIANTS[PS_NV] = {\n" + ",\n".join(rows) + "};\n"
+    parts = (_tables(functions, len(rows) > len(functions.modes)), table, stepper, *engine)
+    sizes = _sizes(functions, every) | {"NV": len(variants)}
+    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
+    return c_file(every, "\n".join(parts), "\n".join([*lines, shared, _TYPES]), written)
 
 
-def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
+def variant_file(
+    variant: VariantFunctions,
+    more: Sequence[ca.Function],
+    row: str,
+    file: str,
+    written: Sequence[Written] = (),
+) -> str:
+    """Return the C file of a variant that shares what every part of its automaton's file sees."""
+    callers = f"PS_EXPORT const ps_variant ps_own_variant = {row};\n"
+    return c_file((*variant.all(), *more), callers, shared_text(file), written)
+
+
+def variant_row(v: VariantFunctions, series: str) -> str:
+    """Return a variant as the initialiser of a `ps_variant`."""
+    i = v.smooth.number
+    names = f"field_{i}, guards_{i}, jets_{i}" if v.runs else f"field_{i}, 0, 0"
+    known = initializer(map(number_text, v.known))
+    row = f"{names}, {len(v.transitions)}, {initializer(v.transitions)}, {v.mode}, {known}"
+    return f"{{{row}{f', {series}' if series else ''}}}"
+
+
+_TYPES = """\
+/* What a run does; other reasons to stop are >= 0, in the order of the Python side. */
+enum { PS_RUNNING = -1, PS_DECISION = -2, PS_NO_MEMORY = -3, PS_NO_VARIANT = -4 };
+/* One bit for each guard of a mode. */
+typedef unsigned long long ps_bits;
+typedef int (*ps_function)(const double **, double **, casadi_int *, double *, int);
+/* What is smooth of a mode: as it is, or while the memory has `known` values, INFINITY for any;
+ * n guards, those of the transitions. A mode of which variants take the place has none as it is. */
+typedef struct {
+  ps_function field, guards, jets;
+  int n;
+  unsigned char transition[PS_NG];
+  int mode;
+  double known[PS_NZ + 1];
+  PS_OWN_SERIES
+} ps_variant;
+#ifndef PS_EXPORT
+/* An enclosing file may have set the visibility of its functions already. */
+#define PS_EXPORT __attribute__((visibility("default")))
+#endif
+"""
+
+
+def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> dict[str, int]:
     automaton = functions.automaton
     transitions = [t for m in automaton.modes for t in m.transitions]
-    sizes = {
+    return {
         "NX": functions.x.numel(),
         "NOWN": len(automaton.states),
         "NZ": functions.z.numel(),
         "NP": len(automaton.parameters),
         "NC": functions.c.numel(),
         "NM": len(automaton.modes),
-        "NV": len(functions.every_variant),
         "NO": functions.output_size,
-        "NG": max(1, *(f.guards.size1_out(0) for f in functions.modes)),
+        "NG": max(1, *(f.smooth.margins.numel() for f in functions.modes)),
         "NT": max(1, *(len(m.transitions) for m in automaton.modes)),
         "NCHOICE": max((len(t.choices) for t in transitions), default=0) or 1,
         "NSTART": len(automaton.starts),
@@ -78,10 +143,6 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
         "STEP_HEAD": STEP_HEAD,
         "EVENT_HEAD": EVENT_HEAD,
     }
-    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
-    # An enclosing file may have set the visibility of its functions already.
-    seen = '#define PS_EXPORT __attribute__((visibility("default")))'
-    return "\n".join([*lines, "#ifndef PS_EXPORT", seen, "#endif", ""])
 
 
 def _coefficients() -> str:
@@ -117,15 +178,10 @@ def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) ->
     return f"{{{head}, {targets}, {departs}, {limit}}}"
 
 
-def _tables(functions: AutomatonFunctions) -> str:
+def _tables(functions: AutomatonFunctions, has_given: bool) -> str:
     automaton = functions.automaton
     lines = [
         "#include <math.h>",
-        "/* What a run does; other reasons to stop are >= 0, in the order of the Python side. */",
-        "enum { PS_RUNNING = -1, PS_DECISION = -2, PS_NO_MEMORY = -3 };",
-        "/* One bit for each guard of a mode. */",
-        "typedef unsigned long long ps_bits;",
-        "typedef int (*ps_function)(const double **, double **, casadi_int *, double *, int);",
         "/* Its n choices; where `limit`, what follows where it accumulates. */",
         "typedef struct { ps_function event; int kind, contact, stop, chooses, n; "
         "int target[PS_NCHOICE]; ps_bits departs[PS_NCHOICE]; "
@@ -144,17 +200,6 @@ def _tables(functions: AutomatonFunctions) -> str:
         sizes = f"{len(rows) - now}, {now}, {len(mode.tests)}"
         table = f"{{{', '.join(rows)}}}"
         lines.append(f"  {{{names}, {sizes}, {table}}},  /* {mode.name} */")
-    lines += [
-        "};",
-        "/* Of each mode, then of modes whose memory has certain values: n guards, those of the",
-        " * transitions. */",
-        "typedef struct { ps_function field, guards, jets; int n; "
-        "unsigned char transition[PS_NG]; } ps_variant;",
-        "static const ps_variant PS_VARIANTS[PS_NV] = {",
-    ]
-    for i, v in enumerate(functions.every_variant):
-        names = f"field_{i}, guards_{i}, jets_{i}"
-        lines.append(f"  {{{names}, {len(v.transitions)}, {initializer(v.transitions)}}},")
     starts = (functions.mode_index[c.target] for c in automaton.starts)
     lines += [
         "};",
@@ -164,7 +209,7 @@ def _tables(functions: AutomatonFunctions) -> str:
         *_energies(automaton),
         *_preparation(functions),
         *_parts(automaton),
-        *_variants(functions),
+        *_variants(functions, has_given),
         *_impacts(functions),
         "",
     ]
@@ -226,27 +271,28 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     ]
 
 
-def _variants(functions: AutomatonFunctions) -> list[str]:
-    """Return the tables of the values of the memory of each part that have variants."""
-    if not functions.variants:
+def _variants(functions: AutomatonFunctions, has_given: bool) -> list[str]:
+    """Return the tables of the values of the memory of each part that have a variant in common."""
+    parts = functions.automaton.parts
+    if not (parts and (functions.has_variants or has_given)):
         return []
-    parts, values = functions.automaton.parts, known_memory(functions.automaton)
+    moving = (f"(mode) == {i}" for i, mode in enumerate(functions.automaton.modes) if mode.field)
     rows = [
-        ", ".join(repr(float(one[s])) if one.get(s, s).is_number else "NAN" for s in part.memory)
-        for part, own in zip(parts, values, strict=True)
-        for one in own
+        ", ".join(_known(values, s) for s in part.memory)
+        for part in parts
+        for values in part.variants
     ]
-    # By mode and place of the values; the mode itself where there is none.
-    places = math.prod(map(len, values))
-    table = [[i] * places for i in range(len(functions.automaton.modes))]
-    for i, v in enumerate(functions.every_variant):
-        if v.place is not None:
-            table[v.mode][v.place] = i
     return [
-        _array("int", f"VARIANT_OF[PS_NM][{places}]", map(initializer, table)),
-        _array("int", "KNOWN[PS_NPART]", map(len, values)),
+        _array("int", "KNOWN[PS_NPART]", (len(part.variants) for part in parts)),
         _array("double", "KNOWN_MEMORY[]", rows),
+        f"#define PS_HAS_VARIANTS(mode) ({' || '.join(moving) or '0'})",
     ]
+
+
+def _known(values: Mapping[Any, Any], symbol: Any) -> str:
+    """Return what a variant knows of an entry of the memory, as a number of C."""
+    value = values.get(symbol, symbol)
+    return number_text(float(value) if value.is_number else math.inf)
 
 
 def _impacts(functions: AutomatonFunctions) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -134,6 +134,13 @@ class RunRecord:
     def steps(self) -> StepRecords:
         """The steps; their modes are indices into `mode_names`."""
         return replace(self.raw.step_records, mode=self._modes[1][:-1])
+
+    @property
+    def entered(self) -> Iterator[tuple[int, list[float]]]:
+        """Modes, by their indices in the automaton, and memory of the steps and after events."""
+        steps, events = self.raw.step_records, self.raw.event_records
+        for modes, memory in ((steps.mode, steps.memory), (events.mode_after, events.memory_after)):
+            yield from zip(modes.tolist(), memory.tolist(), strict=True)
 
     @property
     def mode_names(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.codegen import compile as compiling
-from painleve_sym.codegen.c_functions import c_file, for_single_motions
+from painleve_sym.codegen.c_functions import Written, c_file, for_single_motions
 
 X = ca.SX.sym("x", 2)
 FUNCTIONS = [
@@ -35,7 +35,7 @@ __attribute__((visibility("default"))) void all(const double *x, double *y) {
 
 def test_copies_are_left_out_and_every_name_still_answers(tmp_path, monkeypatch):
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path))
-    text = c_file(FUNCTIONS, CALLERS, "#define FACTOR 2\n", [MORE])
+    text = c_file(FUNCTIONS, CALLERS, "#define FACTOR 2\n", [Written(MORE)])
     assert "#define copy first" in text
     assert len(re.findall(r"^static int casadi_f\d+\(", text, re.M)) == 2
     x, y, results = np.array([3.0, 5.0]), np.empty(4), []
@@ -81,7 +81,9 @@ def test_a_long_function_is_compiled_in_pieces_with_the_same_bits(tmp_path, monk
 
 def test_no_part_of_a_file_is_empty():
     lanes = "#if PS_LANES > 1\nPS_SHARED double wide(double x) {\n  return x;\n}\n#endif\n"
-    short = for_single_motions(c_file([_straight(9000), *FUNCTIONS], CALLERS, "", [MORE, [lanes]]))
+    short = for_single_motions(
+        c_file([_straight(9000), *FUNCTIONS], CALLERS, "", [Written(MORE), Written([lanes])])
+    )
     parts = re.split(r"^#if PS_HAS\(\d+\).*\n", short, flags=re.M)[1:]
     assert len(parts) == 4
     assert all(part.partition("#endif")[0].strip() for part in parts)

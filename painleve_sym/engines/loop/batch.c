@@ -4,8 +4,8 @@
 #ifndef PS_LANES
 #define PS_LANES 1
 #endif
-/* With this number of runs open, some variant has at least PS_LANES of them. */
-#define PS_OPEN (PS_NV * (PS_LANES - 1) + 1)
+/* Runs open at once: where they are in few variants, some variant has at least PS_LANES of them. */
+#define PS_OPEN (16 * (PS_LANES - 1) + 1)
 
 /* One row of each array per run; `times` (rows, kinds, events), `extremes` (rows, maxima + minima,
  * value and time), `integrals` (rows, integrals), `samples` (rows, samples, events). */
@@ -95,13 +95,33 @@ static void advance_open(ps_open **open, int n) {
   for (int i = 0; i < n; i++) advance(&open[i]->run, &open[i]->options);
 }
 
+/* Open runs that are in the same variant. */
+typedef struct {
+  const ps_variant *variant;
+  int count;
+  ps_open *run[PS_OPEN];
+} ps_group_of;
+
+/* The group of a variant among all of them, or an empty one that becomes its own. */
+static ps_group_of *group_of(ps_group_of *groups, const ps_variant *variant) {
+  ps_group_of *empty = NULL;
+  for (int i = 0; i < PS_OPEN; i++) {
+    if (groups[i].count && groups[i].variant == variant) return &groups[i];
+    if (!groups[i].count && !empty) empty = &groups[i];
+    if (!groups[i].variant) break;
+  }
+  empty->variant = variant;
+  return empty;
+}
+
 /* Integrates the rows, at most `lanes` of them side by side. Returns the rows done, fewer than n
  * where there is no memory for the runs. */
 PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_kept *kept, int lanes,
                         const ps_ends *e) {
   ps_open *all = (ps_open *)malloc(PS_OPEN * sizeof(ps_open));
-  ps_open *idle[PS_OPEN], *open[PS_NV][PS_OPEN];
-  int free_count = PS_OPEN, count[PS_NV] = {0}, variant = 0;
+  ps_open *idle[PS_OPEN];
+  ps_group_of groups[PS_OPEN] = {{0}}, *group = groups;
+  int free_count = PS_OPEN;
   long next = 0;
   if (!all) return 0;
   if (lanes > PS_LANES) lanes = PS_LANES;
@@ -111,22 +131,23 @@ PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_kep
   }
   for (;;) {
     /* The variant of the last step if it can fill the lanes, else the one that most runs are in. */
-    for (int i = 0; i < PS_NV && count[variant] < lanes; i++)
-      if (count[i] > count[variant]) variant = i;
+    for (int i = 0; i < PS_OPEN && groups[i].variant && group->count < lanes; i++)
+      if (groups[i].count > group->count) group = &groups[i];
     ps_open *now[PS_LANES];
     int n = 0;
-    if (count[variant] < lanes && next < given->n) {
+    if (group->count < lanes && next < given->n && free_count) {
       now[n++] = idle[--free_count];
       open_row(now[0], next++, given, kept, e);
     } else {
-      if (count[variant] == 0) break;
-      while (n < lanes && count[variant] > 0) now[n++] = open[variant][--count[variant]];
+      if (group->count == 0) break;
+      while (n < lanes && group->count > 0) now[n++] = group->run[--group->count];
       advance_open(now, n);
     }
     for (int i = n - 1; i >= 0; i--) {
       ps_run *s = &now[i]->run;
       if (running(s, &now[i]->options)) {
-        open[s->variant][count[s->variant]++] = now[i];
+        ps_group_of *of = group_of(groups, s->variant);
+        of->run[of->count++] = now[i];
       } else {
         close_row(now[i], e);
         idle[free_count++] = now[i];

@@ -35,7 +35,7 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
   double x_near[PS_NX], near[4][PS_NTEST + 1] = {{0}}, *d_near = near[1], *d2_near = near[2];
   double *res[4] = {v, d, d2, scale}, *res_near[4] = {near[0], d_near, d2_near, near[3]};
   int lasts = 1, idle = 0, ends = 1, positive = 0, rounded = 0;
-  specialise(s);
+  s->variant = &PS_VARIANTS[s->mode];
   field(s, s->x, s->k[0]);
   const double h = first_step(s, o);
   *missed = HUGE_VAL;

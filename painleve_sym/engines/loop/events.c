@@ -146,8 +146,9 @@ static double first_step(ps_run *s, const ps_options *o) {
 static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible) {
   double ahead = 0; /* time by which a guard that fired at once was before its zero */
   for (int chain = 0; s->reason == PS_RUNNING; chain++) {
-    specialise(s);
-    const ps_variant *v = &PS_VARIANTS[s->variant];
+    specialise(s, o);
+    if (s->reason != PS_RUNNING) return;
+    const ps_variant *v = s->variant;
     if (chain == PS_CHAIN) {
       s->reason = PS_ACCUMULATION;
       return;

@@ -133,11 +133,11 @@ PS_EXPORT void ps_outputs(long n, const long *mode, const double *x, const doubl
   }
 }
 
-/* Field and guards of one mode at one point, for checks. */
+/* Field of one mode as it is at one point, and guards where it has any, for checks. */
 PS_EXPORT void ps_evaluate(int mode, const double *x, const double *z, const double *c,
                            double *rate, double *g, double *dg) {
   const double *arg[3] = {x, z, c};
   double *rates[1] = {rate}, *res[2] = {g, dg};
   evaluate(PS_VARIANTS[mode].field, arg, rates);
-  evaluate(PS_VARIANTS[mode].guards, arg, res);
+  if (PS_VARIANTS[mode].guards) evaluate(PS_VARIANTS[mode].guards, arg, res);
 }

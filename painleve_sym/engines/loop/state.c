@@ -65,6 +65,8 @@ typedef struct {
   int start_mode; /* -1: chosen from the state */
   /* Hears of impacts, see impulse.c and impact.c, and may add to the state after them; or NULL. */
   void (*listener)(int what, const double *numbers, double *x);
+  /* Makes the variant of a mode for what is `known` of its memory, NULL where that fails; or NULL: modes run as they are. */
+  const ps_variant *(*make)(int mode, const double *known);
 } ps_options;
 
 typedef struct {
@@ -111,7 +113,7 @@ typedef struct {
   ps_counters count;
   ps_rows steps, events;
   /* Working state. What is smooth of the mode is that of its variant in the present memory. */
-  long variant;
+  const ps_variant *variant;
   double t_base, t_end, t_event, t_limit, h, h_ref, c[PS_NC], k[PS_STAGES][PS_NX];
   PS_STEPPER
   double g[PS_NG], dg[PS_NG], d2[PS_NG];
@@ -157,38 +159,85 @@ static void call(ps_run *s, ps_function f, const double *x, double **res) {
   f(arg, res, s->iw, s->w, 0);
 }
 
-/* Takes the variant of the mode whose constants are the present memory, or else the mode as it is. */
-static void specialise(ps_run *s) {
-  s->variant = s->mode;
-#if PS_NV > PS_NM
-  const double *known = PS_KNOWN_MEMORY;
-  int place = 0;
+#ifdef PS_HAS_VARIANTS
+/* A variant that was made while a process runs. */
+typedef struct ps_made {
+  const ps_variant *variant;
+  const struct ps_made *next;
+} ps_made;
+static const ps_made *PS_MADE = NULL;
+
+/* Adds a variant, which its caller keeps; 0 without memory. One call at a time, beside any runs. */
+PS_EXPORT int ps_add_variant(const ps_variant *variant) {
+  ps_made *added = (ps_made *)malloc(sizeof *added);
+  if (!added) return 0;
+  added->variant = variant;
+  added->next = PS_MADE;
+  __atomic_store_n(&PS_MADE, added, __ATOMIC_RELEASE);
+  return 1;
+}
+
+/* What a variant may know of a memory, INFINITY for any value: of each part what the first of its values
+ * that agree have in common, else all whole numbers. */
+static void known_memory(const double *z, double *known) {
+  const double *values = PS_KNOWN_MEMORY;
+  for (int i = 0; i < PS_NZ; i++) known[i] = INFINITY;
   for (int p = 0; p < PS_NPART; p++) {
-    const int size = PS_OWNED[p + 1] - PS_OWNED[p];
-    int k = 0, i = 0;
-    while (k < PS_KNOWN[p] && i < size) {
-      const double value = known[k * size + i];
-      /* One that is not a number stands for any value. */
-      if (value == s->z[PS_OWNED[p] + i] || value != value) i++;
-      else i = 0, k++;
+    const int first = PS_OWNED[p], size = PS_OWNED[p + 1] - first;
+    const double *agrees = NULL;
+    for (int k = 0; k < PS_KNOWN[p]; k++, values += size) {
+      int i = 0;
+      while (i < size && (values[i] == z[first + i] || isinf(values[i]))) i++;
+      if (i == size && !agrees) agrees = values;
     }
-    if (i < size) return;
-    place = place * PS_KNOWN[p] + k;
-    known += PS_KNOWN[p] * size;
+    for (int i = 0; i < size; i++) {
+      if (agrees) known[first + i] = agrees[i];
+      else if (z[first + i] == floor(z[first + i])) known[first + i] = z[first + i];
+    }
   }
-  s->variant = PS_VARIANT_OF[s->mode][place];
+}
+
+static int is_known(const ps_variant *v, long mode, const double *known) {
+  if (v->mode != mode) return 0;
+  for (int i = 0; i < PS_NZ; i++)
+    if (v->known[i] != known[i]) return 0;
+  return 1;
+}
+#endif
+
+/* Takes the variant of the mode for the present memory, or the mode as it is. */
+static void specialise(ps_run *s, const ps_options *o) {
+  s->variant = &PS_VARIANTS[s->mode];
+#ifdef PS_HAS_VARIANTS
+  double known[PS_NZ];
+  if (!PS_HAS_VARIANTS(s->mode)) return;
+  known_memory(s->z, known);
+  for (int i = PS_NM; i < PS_NV; i++) {
+    s->variant = &PS_VARIANTS[i];
+    if (is_known(s->variant, s->mode, known)) return;
+  }
+  for (const ps_made *m = __atomic_load_n(&PS_MADE, __ATOMIC_ACQUIRE); m; m = m->next) {
+    s->variant = m->variant;
+    if (is_known(s->variant, s->mode, known)) return;
+  }
+  s->variant = o->make ? o->make((int)s->mode, known) : &PS_VARIANTS[s->mode];
+  if (s->variant) return;
+  s->variant = &PS_VARIANTS[s->mode];
+  s->reason = PS_NO_VARIANT;
+#else
+  (void)o;
 #endif
 }
 
 static void field(ps_run *s, const double *x, double *out) {
   double *res[1] = {out};
-  call(s, PS_VARIANTS[s->variant].field, x, res);
+  call(s, s->variant->field, x, res);
   s->count.fields++;
 }
 
 static void guards(ps_run *s, const double *x, double *g, double *dg) {
   double *res[2] = {g, dg};
-  call(s, PS_VARIANTS[s->variant].guards, x, res);
+  call(s, s->variant->guards, x, res);
   s->count.guards++;
 }
 

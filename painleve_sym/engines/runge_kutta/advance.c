@@ -59,7 +59,7 @@ static double step_to_zero(ps_run *s, int j, double h, double until, double *y, 
 /* Time until the first armed guard crosses zero, by its value, slope and bend. */
 static double time_to_event(const ps_run *s) {
   double first = HUGE_VAL;
-  for (int j = 0; j < PS_VARIANTS[s->variant].n; j++) {
+  for (int j = 0; j < s->variant->n; j++) {
     double root = s->dg[j] * s->dg[j] - 2 * s->g[j] * s->d2[j];
     if (!s->armed[j] || !(s->dg[j] < 0) || !(root >= 0)) continue;
     double t = 2 * s->g[j] / (sqrt(root) - s->dg[j]);
@@ -90,11 +90,11 @@ static double shorter_size(double h, double err) {
 
 static void enter_end_of_step(ps_run *s, double h, const double *y, const double *g,
                               const double *dg) {
-  for (int j = 0; j < PS_VARIANTS[s->variant].n; j++) s->d2[j] = (dg[j] - s->dg[j]) / h;
+  for (int j = 0; j < s->variant->n; j++) s->d2[j] = (dg[j] - s->dg[j]) / h;
   s->t += h;
   memcpy(s->x, y, sizeof s->x);
   memcpy(s->k[0], s->k[12], sizeof s->k[0]);
-  for (int j = 0; j < PS_VARIANTS[s->variant].n; j++) s->armed[j] |= g[j] > 0;
+  for (int j = 0; j < s->variant->n; j++) s->armed[j] |= g[j] > 0;
   memcpy(s->g, g, sizeof s->g);
   memcpy(s->dg, dg, sizeof s->dg);
 }
@@ -136,7 +136,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, int 
   }
   s->t += h;
   memcpy(s->x, y, sizeof s->x);
-  apply(s, o, PS_VARIANTS[s->variant].transition[j], 1, 1, &departs);
+  apply(s, o, s->variant->transition[j], 1, 1, &departs);
   settle(s, o, departs, 1);
   s->h_last = 0;
   /* The old step size is kept where the new mode is as smooth, else the estimate is used. */

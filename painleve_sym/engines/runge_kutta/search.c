@@ -91,7 +91,7 @@ static int may_dip(double g0, double d0, double g1, double d1, double h) {
  * there is none, PS_RETAKE where only a shorter step can tell. */
 static int find_event(ps_run *s, const double *y, double h, const double *g1, const double *d1,
                       double row[8][PS_NX], int have_dense, double *where) {
-  const ps_variant *m = &PS_VARIANTS[s->variant];
+  const ps_variant *m = s->variant;
   int first = -1;
   *where = 2;
   for (int j = 0; j < m->n; j++) {

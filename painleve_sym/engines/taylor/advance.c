@@ -12,7 +12,7 @@ typedef struct {
 static void own_series(ps_run *s, ps_look *g) {
   if (!g->series) return;
   for (int k = 0; k <= s->order; k++)
-    for (int c = 0; c < PS_SERIES[s->variant].columns; c++)
+    for (int c = 0; c < s->variant->series.columns; c++)
       s->v[k][c] = g->series[(k * PS_COLUMNS + c) * g->next];
   g->series = NULL;
 }
@@ -28,7 +28,7 @@ static const double PS_TAIL = 1e-4;
 
 /* Whether guard j is a sum of states, whose series is as exact as theirs. */
 static int of_states(const ps_run *s, int j) {
-  return (PS_SERIES[s->variant].of_states >> j) & 1;
+  return (s->variant->series.of_states >> j) & 1;
 }
 
 static int may_vanish(const ps_look *g, int j) {
@@ -78,7 +78,7 @@ static int diverges(const ps_look *g, int j, int order, const ps_outline *o) {
  * `rising` has the guards that are positive at the end. */
 static int find_event(ps_run *s, ps_look *g, double h, double at_once, double *where,
                       ps_bits *rising) {
-  int n = PS_VARIANTS[s->variant].n, first = -1, order = s->order, known = 0;
+  int n = s->variant->n, first = -1, order = s->order, known = 0;
   double y[PS_NX], after[PS_NG], slope[PS_NG];
   *where = 2;
   *rising = 0;
@@ -129,11 +129,11 @@ static int find_event(ps_run *s, ps_look *g, double h, double at_once, double *w
 
 /* Place in [0, 1] just beyond which the base of a live power has gone to zero, else 1. */
 static double until_kink(ps_run *s, const ps_look *g) {
-  int n = PS_VARIANTS[s->variant].n;
+  int n = s->variant->n;
   double u = 1;
-  for (int r = 0; r < PS_SERIES[s->variant].ramps; r++) {
+  for (int r = 0; r < s->variant->series.ramps; r++) {
     double p[PS_LENGTH];
-    if (!(s->live[r] > 0) || !may_vanish(g, n + r) || PS_SERIES[s->variant].guarded[r]) continue;
+    if (!(s->live[r] > 0) || !may_vanish(g, n + r) || s->variant->series.guarded[r]) continue;
     column(g, n + r, s->order, p);
     double root = first_root(p, s->order, 0);
     if (root < 0) continue;
@@ -263,7 +263,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   s->t += time_at(s, h);
   memcpy(s->x, y, sizeof s->x);
   if (!fires) return;
-  apply(s, o, PS_VARIANTS[s->variant].transition[j], 1, 1, &departs);
+  apply(s, o, s->variant->transition[j], 1, 1, &departs);
   settle(s, o, departs, 1);
   s->ready = s->left_out = 0;
   s->zero = 0;
@@ -297,7 +297,7 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, ps_loo
     last = 0;
     end = NULL;
   } else {
-    for (int j = 0; j < PS_VARIANTS[s->variant].n; j++) s->armed[j] |= (rising >> j) & 1;
+    for (int j = 0; j < s->variant->n; j++) s->armed[j] |= (rising >> j) & 1;
   }
   if (!end) {
     end_at(s, h, &own);
@@ -330,8 +330,8 @@ static void advance(ps_run *s, const ps_options *o) {
   fill_series(s);
   double h = measure_step(s, o, step_by_terms(s, o), &last);
   if (h == 0) return;
-  const int watched = PS_VARIANTS[s->variant].n + PS_SERIES[s->variant].ramps;
-  bounds(PS_SERIES[s->variant].guards, watched, s->scalars, s->order, &h, series_of(s), g, least);
+  const int watched = s->variant->n + s->variant->series.ramps;
+  bounds(s->variant->series.guards, watched, s->scalars, s->order, &h, series_of(s), g, least);
   ps_look look = {g[0], least, NULL, PS_WATCHED, 1};
   take_step(s, o, h, last, &look, NULL);
 }

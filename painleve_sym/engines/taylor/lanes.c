@@ -22,7 +22,7 @@ typedef struct {
 /* Series of all motions. Vectors stay in functions that are called, so that what is called from
  * them starts with clean registers. */
 __attribute__((noinline)) static void fill_lanes(ps_group *b) {
-  const ps_series *m = &PS_SERIES[b->run[0]->variant];
+  const ps_series *m = &b->run[0]->variant->series;
   const int p = b->run[0]->order;
   for (int i = 0; i < PS_NX; i++) {
     PS_GATHER(b->x[i], b->run[l]->x[i]);
@@ -38,8 +38,8 @@ __attribute__((noinline)) static void fill_lanes(ps_group *b) {
 
 /* What the series of all motions say of their steps. */
 __attribute__((noinline)) static void look_along(ps_group *b, const double *h) {
-  const ps_series *m = &PS_SERIES[b->run[0]->variant];
-  const int p = b->run[0]->order, watched = PS_VARIANTS[b->run[0]->variant].n + m->ramps;
+  const ps_series *m = &b->run[0]->variant->series;
+  const int p = b->run[0]->order, watched = b->run[0]->variant->n + m->ramps;
   const ps_lanes(*v)[PS_COLUMNS] = (const ps_lanes(*)[PS_COLUMNS])b->v;
   PS_GATHER(b->h, h[l]);
   bounds_lanes(m->guards_lanes, watched, b->scalars, p, &b->h, v, b->g, b->least);
@@ -50,7 +50,7 @@ __attribute__((noinline)) static void look_along(ps_group *b, const double *h) {
 /* The step of lane l; 0 where its motion stops. */
 static double measure_lane(ps_group *b, int l) {
   ps_run *s = b->run[l];
-  const ps_series *m = &PS_SERIES[s->variant];
+  const ps_series *m = &s->variant->series;
   for (int r = 0; r < m->ramps; r++)
     for (int k = 0; k < 3; k++) s->v[k][m->ramp[r]] = b->v[k][m->ramp[r]][l];
   for (int i = 0; i < m->arguments; i++)
@@ -67,7 +67,7 @@ static void take_lane(ps_group *b, int l, double h) {
   ps_run *s = b->run[l];
   ps_end end;
   for (int i = 0; i < PS_NX; i++) end.x[i] = b->end[i][l];
-  for (int r = 0; r < PS_SERIES[s->variant].ramps; r++)
+  for (int r = 0; r < s->variant->series.ramps; r++)
     for (int i = 0; i < 3; i++) end.ramp[r][i] = b->ramp[r][i][l];
   ps_look look = {(const double *)b->g + l, (const double *)b->least + l,
                   (const double *)b->v + l, PS_WATCHED * PS_LANES, PS_LANES};

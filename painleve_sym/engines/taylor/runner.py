@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.protocol import Place, Places
 from painleve_sym.engines.taylor import ORDER
 
 if TYPE_CHECKING:
@@ -36,7 +37,13 @@ class TaylorEngine(CompiledEngine):
         return f"#define PS_LANES 1\n{for_single_motions(text)}"
 
     @staticmethod
-    def _source(functions: AutomatonFunctions) -> str:
+    def _source(functions: AutomatonFunctions, given: Places = ()) -> str:
         from painleve_sym.engines.taylor.source import source
 
-        return source(functions)
+        return source(functions, given)
+
+    @staticmethod
+    def _variant_source(functions: AutomatonFunctions, at: Place, file: str) -> str:
+        from painleve_sym.engines.taylor.source import variant_source
+
+        return variant_source(functions, at, file)

@@ -50,11 +50,11 @@ static const double (*series_of(const ps_run *s))[PS_COLUMNS] {
 }
 
 static void fill_series(ps_run *s) {
-  PS_SERIES[s->variant].series(s->x, s->scalars, s->live, s->order, s->unit, s->bend,
+  s->variant->series.series(s->x, s->scalars, s->live, s->order, s->unit, s->bend,
                             s->v);
 #ifdef PS_DIRECTIONS
   for (int g = 0; g < PS_GROUPS; g++)
-    PS_SERIES[s->variant].tangents(s->x, s->scalars, s->live, s->order, s->unit, s->bend, g, s->v);
+    s->variant->series.tangents(s->x, s->scalars, s->live, s->order, s->unit, s->bend, g, s->v);
 #endif
   s->count.dense++;
 }
@@ -147,7 +147,7 @@ static void rate_at(ps_run *s, double u, double *restrict rate) {
 /* The part of h units at the end of which a vanished base is largest, the first time: it may rise
  * from zero and be back before h, and then the rates at h carry no information about the omitted part. */
 static double until_return(const ps_run *s, double h) {
-  const ps_series *m = &PS_SERIES[s->variant];
+  const ps_series *m = &s->variant->series;
   double part = 1;
   for (int r = 0; r < m->ramps; r++) {
     double q[PS_LENGTH] = {0}, fall[PS_LENGTH], power = 1, from = 0;
@@ -210,7 +210,7 @@ typedef struct {
 } ps_end;
 
 static void end_at(const ps_run *s, double h, ps_end *end) {
-  const ps_series *m = &PS_SERIES[s->variant];
+  const ps_series *m = &s->variant->series;
   state_at(s, h, end->x);
   for (int r = 0; r < m->ramps; r++)
     ramp_along(series_of(s), m->ramp[r], s->order, &h, end->ramp[r]);
@@ -219,7 +219,7 @@ static void end_at(const ps_run *s, double h, ps_end *end) {
 /* Time from the end of a step of h units to where the base of a live power comes to zero, if that is
  * near; 0 where it is not. */
 static double zero_ahead(const ps_run *s, double h, const ps_end *end) {
-  const ps_series *m = &PS_SERIES[s->variant];
+  const ps_series *m = &s->variant->series;
   double nearest = 0;
   for (int r = 0; r < m->ramps; r++) {
     double pace = pace_at(s, h), a = end->ramp[r][0];
@@ -236,7 +236,7 @@ static double zero_ahead(const ps_run *s, double h, const ps_end *end) {
 
 /* What the series of a step are made with; 0 where the run stops. */
 static int begin_step(ps_run *s, const ps_options *o) {
-  const ps_series *m = &PS_SERIES[s->variant];
+  const ps_series *m = &s->variant->series;
   if (s->count.accepted + s->count.rejected >= o->max_steps) {
     s->reason = PS_STEP_LIMIT;
     return 0;
@@ -266,7 +266,7 @@ static double good_without(ps_run *s, const ps_options *o, int fresh) {
 /* How far the series are good, in units; `h` is what their last terms say. Where a base vanishes
  * they are made again. */
 static double good_for(ps_run *s, const ps_options *o, double h) {
-  const ps_series *m = &PS_SERIES[s->variant];
+  const ps_series *m = &s->variant->series;
   const double moment = PS_MOMENT * fabs(s->t) / s->unit;
   const int fresh = !s->ready;
   int dead = 0, small = 0, smalls[PS_RAMPS] = {0};
@@ -345,7 +345,7 @@ static double part_of_flat(const double *p, int n, double most) {
 
 /* At most h units, over which no function that may be flat comes and goes unnoticed. */
 static double before_bump(const ps_run *s, double h) {
-  const ps_series *m = &PS_SERIES[s->variant];
+  const ps_series *m = &s->variant->series;
   for (int i = 0; i < m->arguments; i++) {
     double p[PS_LENGTH], power = 1;
     const double start = s->v[0][m->argument[i]], other = start > 0 ? -2 : 2;
@@ -360,7 +360,7 @@ static double before_bump(const ps_run *s, double h) {
 static double measure_step(ps_run *s, const ps_options *o, double h, int *last) {
   h = good_for(s, o, h);
   double left = units_of(s, s->t_end - s->t);
-  if (PS_SERIES[s->variant].arguments && isfinite(h)) h = before_bump(s, PS_MIN(h, left));
+  if (s->variant->series.arguments && isfinite(h)) h = before_bump(s, PS_MIN(h, left));
   *last = 0;
   if (!isfinite(h)) {
     s->reason = PS_NON_FINITE;

@@ -5,21 +5,30 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import casadi as ca
 
-from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.codegen.c_functions import Written
+from painleve_sym.codegen.modes import AutomatonFunctions, VariantFunctions
 from painleve_sym.engines.c_texts import engine_texts, initializer
-from painleve_sym.engines.source import AFTER_STEPPER, BEFORE_STEPPER, assemble
+from painleve_sym.engines.protocol import Place, Places
+from painleve_sym.engines.source import (
+    AFTER_STEPPER,
+    BEFORE_STEPPER,
+    assemble,
+    every_variant,
+    variant_file,
+    variant_row,
+)
 from painleve_sym.engines.taylor import ORDER
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
 from painleve_sym.engines.taylor.scalars import Scalar
 from painleve_sym.engines.taylor.simplify import simplify
 from painleve_sym.engines.taylor.tangents import TangentCode, Tangents
-from painleve_sym.engines.taylor.tape import SeriesTape, build
-from painleve_sym.errors import NoRecurrence
+from painleve_sym.engines.taylor.tape import FLAT, SeriesTape, build
+from painleve_sym.errors import NoRecurrence, PainleveError
 
 _FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
 # Compilers make vectors of loops over the states. Those of one motion stay in functions of their
@@ -41,8 +50,8 @@ _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""
 
 
-def tapes(functions: AutomatonFunctions) -> list[SeriesTape]:
-    """Return the tape of every mode and variant.
+def tape(functions: AutomatonFunctions, of: VariantFunctions) -> SeriesTape:
+    """Return the tape of a variant, or of a mode as it is.
 
     Raises
     ------
@@ -51,17 +60,18 @@ def tapes(functions: AutomatonFunctions) -> list[SeriesTape]:
     """
     every, own = (functions.x, functions.z, functions.c), functions.own
     nx = own[0].numel()
-    tapes_of_modes = []
-    for f in functions.every_variant:
-        expressions = ca.vertcat(f.field(*every)[:nx], f.guards(*every)[0])
-        try:
-            tapes_of_modes.append(simplify(build(expressions, *own, nx)))
-        except NoRecurrence as error:
-            name = functions.automaton.modes[f.mode].name
-            raise NoRecurrence(
-                f"mode {name!r} uses {error} of a state, which has no Taylor series"
-            ) from error
-    return tapes_of_modes
+    expressions = ca.vertcat(of.smooth.rates, of.smooth.margins)
+    if of.runs:
+        expressions = ca.vertcat(of.smooth.field(*every)[:nx], of.smooth.guards(*every)[0])
+    try:
+        built = build(expressions, *own, nx)
+    except NoRecurrence as error:
+        name = functions.automaton.modes[of.mode].name
+        raise NoRecurrence(
+            f"mode {name!r} uses {error} of a state, which has no Taylor series"
+        ) from error
+    # Only that there are series is of use where variants take the place of a mode.
+    return simplify(built) if of.runs else built
 
 
 class _ModeCode(NamedTuple):
@@ -77,27 +87,43 @@ class _ModeCode(NamedTuple):
         return max(1, len(self.series.scalars) + more)
 
 
-def source(functions: AutomatonFunctions) -> str:
+def source(functions: AutomatonFunctions, given: Places = ()) -> str:
     """Return one self-contained C file: event loop, series and guards of every mode."""
-    codes = [_code(functions, t, f"series_{i}") for i, t in enumerate(tapes(functions))]
-    more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
+    variants = every_variant(functions, given)
+    tapes = [tape(functions, v) for v in variants]
+    pairs = list(zip(variants, tapes, strict=True))
+    codes = {v.smooth.number: _code(functions, v, t) for v, t in pairs if v.runs}
+    more = [_scalars(functions, code, i) for i, code in codes.items()]
     first = engine_texts(*BEFORE_STEPPER, "runge_kutta/extremes")
     last = engine_texts(*AFTER_STEPPER)
     roots, along = engine_texts("taylor/roots", "taylor/along")
     size, advance, lanes = engine_texts("taylor/size", "taylor/advance", "taylor/lanes")
-    texts = _series(codes)
-    names = _first_of_equals(texts)
-    steps = [roots, _table(codes, names), _twice(along), size, advance, _in_lanes(lanes)]
-    engine = [*first, *steps, *last]
-    written: tuple[list[str], list[str]] = [], []
-    for name in dict.fromkeys(names.values()):
-        written[name.endswith("_lanes")].append(texts[name])
-    shared = _header(codes) + arithmetic()
+    written, names = _written(codes.values())
+    steps = [roots, _twice(along), size, advance, _in_lanes(lanes)]
+    rows = [variant_row(v, _row(codes.get(v.smooth.number), names)) for v in variants]
+    switched = [t for v, t in pairs if not v.runs]
+    shared = _header(functions, list(codes.values()), switched) + arithmetic()
     if functions.directions:
         # A motion with derivatives runs alone: its lanes are directions.
         head = f"#define PS_LANES 1\n#define PS_DIRECTIONS {functions.directions}\n"
         shared = "".join([head, shared, *engine_texts("taylor/tangents")])
-    return assemble(functions, more, "", engine, shared, written)
+    shared += _series_type(bool(functions.directions))
+    engine = [*first, *steps, *last]
+    return assemble(functions, variants, more, rows, "", engine, shared, written)
+
+
+def variant_source(functions: AutomatonFunctions, at: Place, file: str) -> str:
+    """Return the C file of a variant, to be loaded beside the automaton's own `file`.
+
+    PainleveError where it does not fit there.
+    """
+    number = len(functions.modes)
+    variant = functions.variant(*at, number)
+    code = _code(functions, variant, tape(functions, variant))
+    _check_room(code, file)
+    written, names = _written([code])
+    row = variant_row(variant, _row(code, names))
+    return variant_file(variant, [_scalars(functions, code, number)], row, file, written)
 
 
 def arithmetic() -> str:
@@ -124,7 +150,8 @@ def _twice(text: str) -> str:
     return one + _in_lanes(lanes)
 
 
-def _code(functions: AutomatonFunctions, tape: SeriesTape, name: str) -> _ModeCode:
+def _code(functions: AutomatonFunctions, of: VariantFunctions, tape: SeriesTape) -> _ModeCode:
+    name = f"series_{of.smooth.number}"
     if not functions.directions:
         return _ModeCode(SeriesCode(tape, name), None)
 
@@ -135,6 +162,16 @@ def _code(functions: AutomatonFunctions, tape: SeriesTape, name: str) -> _ModeCo
     tangents = Tangents(tape, functions.moved_states, moves)
     series = SeriesCode(tape, name, functions.x.numel())
     return _ModeCode(series, TangentCode(tangents, series, functions.directions))
+
+
+def _written(codes: Iterable[_ModeCode]) -> tuple[list[Written], dict[str, str]]:
+    """Return the functions of series, and the name of the first that equals each, by name."""
+    texts = _series(list(codes))
+    names = _first_of_equals(texts)
+    alone, lanes = list[str](), list[str]()
+    for name in dict.fromkeys(names.values()):
+        (lanes if name.endswith("_lanes") else alone).append(texts[name])
+    return [Written(alone), Written(lanes)], names
 
 
 def _series(codes: list[_ModeCode]) -> dict[str, str]:
@@ -176,16 +213,26 @@ def _padded(n: int) -> int:
     return max(1, -(-n // WIDTH)) * WIDTH
 
 
-def _header(codes: list[_ModeCode]) -> str:
+def _header(
+    functions: AutomatonFunctions, codes: list[_ModeCode], switched: list[SeriesTape]
+) -> str:
+    """Return sizes and tables; variants of the `switched` modes have room, too."""
     series = [code.series for code in codes]
+    sizes = _room(functions, switched)
+
+    def most(name: str, values: Iterable[int]) -> int:
+        return max(1, sizes[name], *values)
+
     sizes = {
         "ORDER": ORDER,
         "LENGTH": _LENGTH,
-        "COLUMNS": _padded(max(code.columns for code in series)),
-        "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in series)),
-        "SCALARS": max(code.scalar_count for code in codes),
-        "RAMPS": max(1, *(len(code.ramps) for code in series)),
-        "ARGUMENTS": max(1, *(len(code.arguments) for code in series)),
+        "COLUMNS": _padded(most("COLUMNS", (code.columns for code in series))),
+        "WATCHED": _padded(
+            most("WATCHED", (len(code.tape.guards) + len(code.ramps) for code in series))
+        ),
+        "SCALARS": most("SCALARS", (code.scalar_count for code in codes)),
+        "RAMPS": most("RAMPS", (len(code.ramps) for code in series)),
+        "ARGUMENTS": most("ARGUMENTS", (len(code.arguments) for code in series)),
         "STAGES": 2,
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
@@ -208,6 +255,44 @@ def _header(codes: list[_ModeCode]) -> str:
     return "\n".join(lines)
 
 
+_SCALARS_OF_VARIANTS = 64
+"""Scalars of a variant beyond twice those of its mode as it is."""
+
+
+def _room(functions: AutomatonFunctions, switched: list[SeriesTape]) -> dict[str, int]:
+    """Return the sizes that variants of modes may have, by those of the modes as they are.
+
+    Each guard has two columns: `_fitted` makes a row of a longer sum.
+    """
+    room = dict.fromkeys(("COLUMNS", "WATCHED", "SCALARS", "RAMPS", "ARGUMENTS"), 0)
+    for tape in switched:
+        nodes = [tape.nodes[i] for i in tape.reachable()]
+        ramps = sum(node.op == "ramp" for node in nodes)
+        flat = sum(node.op in FLAT for node in nodes)
+        guards, states = len(tape.guards), len(tape.rates)
+        sizes = {
+            "COLUMNS": states + 2 * guards + 2 * ramps + flat,
+            "WATCHED": guards + ramps,
+            "SCALARS": 2 * len(tape.monomials()) + _SCALARS_OF_VARIANTS,
+            "RAMPS": ramps,
+            "ARGUMENTS": flat,
+        }
+        room = {name: max(size, sizes[name]) for name, size in room.items()}
+    return room
+
+
+def _check_room(code: _ModeCode, file: str) -> None:
+    series = code.series
+    needs = {"COLUMNS": series.columns, "SCALARS": code.scalar_count, "RAMPS": len(series.ramps)}
+    for name, need in needs.items():
+        (has,) = re.findall(rf"^#define PS_{name} (\d+)$", file, re.M)
+        if need > int(has):
+            raise PainleveError(
+                f"series of contacts that move together: {name.lower()}: got {need}, need at most "
+                f"{has}. Please report it."
+            )
+
+
 _GUARDS = (
     "typedef void (*ps_guards{0})(const {1} *, int, const {1} *, const {1} (*)[PS_COLUMNS], "
     "{1} (*restrict)[PS_WATCHED]);"
@@ -218,7 +303,7 @@ _TANGENTS = (
 )
 
 
-def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
+def _series_type(directions: bool) -> str:
     lines = [
         "#if PS_LANES > 1",
         "#define PS_WIDE(function) function",
@@ -234,27 +319,34 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         "  void (*series_lanes)(const ps_lanes *, const ps_lanes *, const ps_lanes *, int,",
         "                       const ps_lanes *, ps_lanes (*restrict)[PS_COLUMNS]);",
         "  ps_guards_lanes guards_lanes;",
-        *(f"  {line}" for line in [_TANGENTS] if codes[0].tangents),
-        "  ps_function scalars;",
+        *(f"  {line}" for line in [_TANGENTS] if directions),
+        "  int (*scalars)(const double **, double **, casadi_int *, double *, int);",
         "  int scalar_count, columns;",
-        "  ps_bits of_states;  /* guards that are sums of states */",
+        "  unsigned long long of_states;  /* guards that are sums of states */",
         "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
         "  int arguments, argument[PS_ARGUMENTS], sides[PS_ARGUMENTS];",
         "} ps_series;",
-        "static const ps_series PS_SERIES[PS_NV] = {",
+        "#define PS_OWN_SERIES ps_series series;",
     ]
-    for i, code in enumerate(code.series for code in codes):
-        own = [names[f"series_{i}{e}"] for e in ("", "_guards")]
-        own += [f"PS_WIDE({names.get(f'series_{i}{e}', '0')})" for e in ("_lanes", "_guards_lanes")]
-        own += [names[f"series_{i}_tangents"]] if codes[i].tangents else []
-        row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
-        row += f", {code.guards_of_states}ull"
-        ramps = initializer(map(code.column, code.ramps))
-        guarded = initializer(int(code.guarded(r)) for r in code.ramps)
-        floors = initializer(map(code.floor, code.ramps))
-        lines.append(f"  {{{row}, {len(code.ramps)}, {ramps}, {guarded}, {floors},")
-        places = initializer(map(code.column, code.arguments))
-        sides = initializer(code.arguments.values())
-        lines.append(f"   {len(code.arguments)}, {places}, {sides}}},")
-    return "\n".join([*lines, "};", ""])
+    return "\n".join([*lines, ""])
+
+
+def _row(of: _ModeCode | None, names: Mapping[str, str]) -> str:
+    """Return the series of a variant as the initialiser of a `ps_series`."""
+    if of is None:
+        return "{0}"
+    code = of.series
+    own = [names[f"{code.name}{e}"] for e in ("", "_guards")]
+    own += [f"PS_WIDE({names.get(f'{code.name}{e}', '0')})" for e in ("_lanes", "_guards_lanes")]
+    own += [names[f"{code.name}_tangents"]] if of.tangents else []
+    number = code.name.removeprefix("series_")
+    row = f"{', '.join(own)}, scalars_{number}, {len(code.scalars)}, {code.columns}"
+    row += f", {code.guards_of_states}ull"
+    ramps = initializer(map(code.column, code.ramps))
+    guarded = initializer(int(code.guarded(r)) for r in code.ramps)
+    floors = initializer(map(code.floor, code.ramps))
+    places = initializer(map(code.column, code.arguments))
+    sides = initializer(code.arguments.values())
+    row += f", {len(code.ramps)}, {ramps}, {guarded}, {floors}"
+    return f"{{{row}, {len(code.arguments)}, {places}, {sides}}}"

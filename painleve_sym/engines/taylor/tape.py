@@ -112,6 +112,18 @@ class SeriesTape:
         node = self.nodes[i]
         return self.node(Node(PAIRS[node.op], node.args)) if node.op in PAIRS else i
 
+    def monomials(self) -> set[Scalar]:
+        """Return the scalars of rates, guards and the nodes that they need but numbers."""
+        nodes = [self.nodes[i] for i in self.reachable()]
+        sums = [
+            *self.rates,
+            *self.guards,
+            *(node.inner for node in nodes if node.inner is not None),
+        ]
+        scalars = {c for a in sums for c in (a.constant, *(c for _, c in a.terms))}
+        scalars |= {node.scalar for node in nodes if node.scalar is not None}
+        return {s for s in scalars if s.factors}
+
     @property
     def products(self) -> int:
         """Number of Cauchy products in one order."""
