@@ -64,7 +64,7 @@ class Reload(enum.StrEnum):
 
 
 class Friction(enum.StrEnum):
-    """Friction law of a contact that yields, with μ the friction coefficient of the contact."""
+    """Friction law of a contact, with μ the friction coefficient of the contact."""
 
     COULOMB = "coulomb"
     """μ in slip and in stick."""
@@ -73,7 +73,7 @@ class Friction(enum.StrEnum):
     STRIBECK = "stribeck"
     """Static friction where slip starts, which falls to μ as the slip velocity grows."""
     SPRING = "spring"
-    """μ in series with a tangential spring: the contact yields along its tangent, too."""
+    """μ in series with a tangential spring: a compliant contact yields along its tangent, too."""
 
 
 class Record(enum.StrEnum):

@@ -215,6 +215,11 @@ class StopReason(Explained):
         "the contact impulse grows without end: the rigid impact has no exit; "
         "use a compliant contact",
     )
+    VARYING_FRICTION = (
+        "varying_friction",
+        "a rigid impact slides under a friction that varies with the slip velocity, for which its "
+        "path has no law here; use a compliant contact",
+    )
     INVALID_START = (
         "invalid_start",
         "the contact law does not admit the start: inside the ground of a rigid contact, off its "

@@ -38,7 +38,7 @@ def quantity_function(mechanism: Mechanism, quantity: str) -> ca.Function:
     if quantity in of_system:
         value = _of_system(mechanism, of_system[quantity], entries)
     elif quantity in OF_SLIDING:
-        mu = [values[contact.friction] for contact in outline.contacts]
+        mu = numbers.friction_of(values)
         value = _of_sliding(quantity, numbers.arrays(values), mu)
     else:
         value = numbers.arrays(values)[quantity]

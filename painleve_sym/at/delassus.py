@@ -293,10 +293,17 @@ class Delassus:
         shapes = self._contact_shapes
         parts = _in_shapes(np.array(numbers), shapes + more)
         begin, end = _ends(shapes)[-2:]
-        contacts, count = self.dynamics.outline.contacts, len(shapes)
-        mu = np.array([float(values[c.friction]) for c in contacts])
+        count, mu = len(shapes), self._friction(values)
         own: Any = (*parts[: count - 1], numbers[begin:end], mu)
         return ContactNumbers(*own), parts[count:]
+
+    def _friction(self, values: Mapping[str, float]) -> Array:
+        """Return the friction coefficient of each contact at one state."""
+        outline = self.dynamics.outline
+        if not outline.has_curves:
+            return np.array([float(values[c.friction]) for c in outline.contacts])
+        function = self.friction_quantities
+        return np.array(function.of_vector([values[name] for name in function.arguments]))
 
     def _at_each(
         self, function: Quantities, values: Mapping[str, Any], more: Shapes
@@ -307,10 +314,12 @@ class Delassus:
         axes, count = arrays[0].shape, len(self._contact_shapes)
         flat = {n: a.reshape(-1) for n, a in zip(function.arguments, arrays, strict=True)}
         parts = _in_shapes(function.rows(flat), (*self._contact_shapes, *more), axes)
-        mu = [
-            np.broadcast_to(np.asarray(values[c.friction], float), axes) for c in outline.contacts
-        ]
-        own: Any = (*parts[:count], np.stack(mu))
+        if outline.has_curves:
+            mu = self.friction_quantities.rows(flat).reshape(-1, *axes)
+        else:
+            given = (np.asarray(values[c.friction], float) for c in outline.contacts)
+            mu = np.stack([np.broadcast_to(number, axes) for number in given])
+        own: Any = (*parts[:count], mu)
         return ContactNumbers(*own), parts[count:]
 
     @property
@@ -332,6 +341,17 @@ class Delassus:
             first, end = end, end + rows * columns
             arrays[name] = ca.reshape(entries[first:end], columns, rows).T
         return arrays
+
+    def friction_of(self, values: Mapping[str, ca.SX]) -> list[ca.SX]:
+        """Return the friction coefficients as CasADi formulas of all arguments."""
+        import casadi as ca
+
+        outline = self.dynamics.outline
+        if not outline.has_curves:
+            return [values[contact.friction] for contact in outline.contacts]
+        function = self.friction_quantities
+        own = function.function(ca.vertcat(*(values[name] for name in function.arguments)))
+        return list(ca.vertsplit(own))
 
     @property
     def _contact_shapes(self) -> Shapes:
@@ -357,6 +377,20 @@ class Delassus:
             lambda: (self._contact_names, self.dynamics.contact_function()),
             compiles=self.compiles,
         )
+
+    @property
+    def friction_quantities(self) -> Quantities:
+        """The coefficient of friction of each contact at its slip velocity, where one varies."""
+        dynamics = self.dynamics
+        assert isinstance(dynamics, LagrangianDynamics)
+        mechanism, outline = dynamics.mechanism, dynamics.outline
+
+        def derive() -> tuple[dict[str, Any], Sequence[Any]]:
+            own = {c.name: c.friction_curve.in_slip(c.slip_speed) for c in mechanism.contacts}
+            return own, argument_symbols(mechanism)
+
+        names, definition = outline.argument_names, dynamics.definition
+        return quantities("friction", definition, names, derive, compiles=self.compiles)
 
     @property
     def whole_quantities(self) -> Quantities:

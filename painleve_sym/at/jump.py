@@ -258,6 +258,7 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
     refuse_infinite(mechanism, values, at)
     velocity = contact_velocity_at(mechanism, values, at, moves)
     v_n, *v_t = velocity
+    mechanism.require_one_coefficient(where, "simulate with a compliant law")
     if v_n > 0:
         raise InputError(
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "

@@ -74,6 +74,7 @@ def positive_function(
         raise InputError(
             f"{where}: got {len(outline.contacts)} contacts, need one. Fix: name it (--contact)."
         )
+    mechanism.require_one_coefficient(where, "give the coefficient as a parameter")
     known = outline.argument_names
     for name in (*over, *values):
         refuse_unknown("quantity", name, known, where)

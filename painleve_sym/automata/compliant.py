@@ -20,14 +20,13 @@ from painleve_sym.automata.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode
+from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode, Memory
 from painleve_sym.automata.contact_states import CONTACT_WORK, OneContact
 from painleve_sym.automata.interfaces import (
     FLIGHTS,
     RUBBING,
     ContactStart,
     Interface,
-    Memory,
     switched,
     zero_factor,
 )
@@ -138,25 +137,6 @@ class CompliantInterface(Interface):
         return sp.Add(*[switched(flag, value) for value, flag in flags.items()])
 
     @property
-    def static_coefficient(self) -> sp.Expr:
-        """Coefficient of friction up to which it sticks: μ r_s."""
-        return self.row.contact.friction * self.law.friction.static_ratio
-
-    @property
-    def kinetic_coefficient(self) -> sp.Expr:
-        """Coefficient of friction in slip: μ r(v_t)."""
-        return self.row.contact.friction * self.law.friction.kinetic_ratio(self.row.slip)
-
-    @property
-    def _released(self) -> Memory:
-        """Neither stick nor slip: a contact whose sticking has just ended does not stick again.
-
-        With a static friction above the kinetic one both may be possible.
-        """
-        ends = not self.law.friction.is_coulomb
-        return {self.sign: _ZERO, self.sticks: _ZERO} if ends else {}
-
-    @property
     def start(self) -> ContactStart:
         """It may start inside the surface, pressed."""
         return ContactStart(self.row, loading_curve=(self.law.stiffness, self.law.exponent))
@@ -206,7 +186,7 @@ class CompliantInterface(Interface):
         """Return the memory in a branch after a flight, slipping by the sign of v_t."""
         sign = sp.sign(self.row.slip)
         # What lands without slip may stick.
-        sticks = _ZERO if self.law.friction.is_coulomb else zero_factor(self.row.slip)
+        sticks = _ZERO if self.is_coulomb else zero_factor(self.row.slip)
         return {
             self.local: self._index(branch) + sign,
             self.sign: sign,
@@ -246,9 +226,8 @@ class CompliantInterface(Interface):
             Alternative(sp.Le(closed, 0, evaluate=False)),
             Alternative(sliding, self._rub(sp.sign(slip), _ZERO)),
         ]
-        has_static = not self.law.friction.is_coulomb
-        may_stick = sp.And(at_rest, positive(self.sticks + self.sign**2)) if has_static else at_rest
-        choices.append(Alternative(may_stick, self._rub(_ZERO, _ONE), preferred=has_static))
+        may_stick, prefers = self.may_stick(at_rest), not self.is_coulomb
+        choices.append(Alternative(may_stick, self._rub(_ZERO, _ONE), preferred=prefers))
         choices += [Alternative(at_rest, self._rub(sp.Integer(sign), _ZERO)) for sign in (-1, 1)]
         if self.target == CONTACT:  # beside rigid contacts, which may hold it
             choices += self._rests(at_rest, self._rub(_ZERO, _ONE), {-1: 3, 1: 4})
@@ -337,7 +316,7 @@ class CompliantInterface(Interface):
         return self.watch.tests(motion)
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
-        return self.watch.friction_changes(motion, self._released)
+        return self.watch.friction_changes(motion)
 
     def _switch(self, change: BranchChange, motion: ContactMotion) -> Transition:
         """Return a change as one of the memory of this contact."""
@@ -377,11 +356,6 @@ class CompliantContact(OneContact):
     def memory(self) -> tuple[sp.Symbol, ...]:
         """Memory of the law."""
         return self.law.memory
-
-    @property
-    def friction_coefficient(self) -> sp.Expr:
-        """Coefficient of friction in slip: μ r(v_t)."""
-        return self.interface.kinetic_coefficient
 
     def _law_field(self, contact: str, branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         rates = self.field(contact, self.interface.of_state(branch.force))

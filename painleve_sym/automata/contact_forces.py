@@ -9,7 +9,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
+from painleve_sym.automata.automaton import positive
 from painleve_sym.automata.model import StateRow
 from painleve_sym.laws.catalogue import OwnLaw
 from painleve_sym.mechanics.contact import Contact
@@ -18,6 +20,8 @@ RESOLVED = sp.Integer(10)
 """Of the unresolved force: what is above rounding."""
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+Memory = dict[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
@@ -123,13 +127,41 @@ class LocalContact:
 
     @property
     def static_coefficient(self) -> sp.Expr:
-        """Coefficient of friction up to which it sticks."""
-        return self.row.contact.friction
+        """Coefficient up to which it sticks: μ_s of the contact times r_s of the law."""
+        return self.row.contact.friction_curve.at_rest * self.law.friction.static_ratio
+
+    def kinetic_along(self, sign: sp.Expr | int) -> sp.Expr:
+        """Return the coefficient in slip of this sign: μ(s v_t) of the contact times r(v_t)."""
+        slip = self.row.slip
+        own = self.row.contact.friction_curve.in_slip(sign * slip)
+        return own * self.law.friction.kinetic_ratio(slip)
 
     @property
     def kinetic_coefficient(self) -> sp.Expr:
         """Coefficient of friction in slip, a function of its slip velocity."""
-        return self.row.contact.friction
+        return self.kinetic_along(self.sign)
+
+    @property
+    def is_coulomb(self) -> bool:
+        """Whether one coefficient is that of rest and of all slips."""
+        return self.row.contact.friction_curve.is_coulomb and self.law.friction.is_coulomb
+
+    @property
+    def released(self) -> Memory:
+        """Neither stick nor slip: a contact whose sticking has just ended does not stick again.
+
+        With a static friction above the kinetic one both may be possible.
+        """
+        return {} if self.is_coulomb else {self.sign: _ZERO, self.sticks: _ZERO}
+
+    def may_stick(self, rest: Boolean, closes: sp.Expr = _ZERO) -> Boolean:
+        """Return where it may stick: at rest, but where its sticking has just ended.
+
+        `closes` is 1 where it was open before.
+        """
+        if self.is_coulomb:
+            return rest
+        return sp.And(rest, positive(self.sticks + self.sign**2 + closes))
 
 
 class Known(enum.StrEnum):

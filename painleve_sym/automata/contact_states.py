@@ -222,10 +222,21 @@ class OneContact(ContactStates):
         """Whether the slip velocity is a state beside the velocities."""
         return self.slip not in self.mechanism.motion
 
-    @property
-    def friction_coefficient(self) -> sp.Expr:
-        """Coefficient of friction in slip, which may depend on the slip velocity."""
-        return self.mechanism.coefficients.mu
+    # ---- coefficients of slip, with the friction at its velocity ----
+
+    def A(self, slip: int, side: int = 1) -> sp.Expr:
+        """Return A_{sσ} of slip along s with a normal force of the sign σ; 1/kg."""
+        friction = self.interface.kinetic_along(slip)
+        return self.mechanism.coefficients.A(slip * side, friction)
+
+    def slip_rate_coefficient(self, slip: int, side: int = 1) -> sp.Expr:
+        """Return C_{sσ}, so that v̇_t = C_{sσ} F_n + b_t in slip; 1/kg."""
+        friction = self.interface.kinetic_along(slip)
+        return self.mechanism.coefficients.slip_rate_coefficient(slip * side, friction)
+
+    def slip_force(self, slip: int, side: int = 1) -> sp.Expr:
+        """Return F_n* = −B/A_{sσ}, with which the contact slides at constant gap; N."""
+        return -self.mechanism.coefficients.B / self.A(slip, side)
 
     # ---- events of friction ----
 
@@ -254,9 +265,9 @@ class OneContact(ContactStates):
 
     def slip_begins(self, slip: int, sign: int, side: int = 1) -> Boolean:
         """Return where slip can begin at v_t = 0, with A of this sign and F_n of this side."""
-        c, along = self.mechanism.coefficients, slip * side
-        rate = slip * (c.slip_rate_coefficient(along) * c.slip_force(along) + c.b_t)
-        return all_positive(sign * c.A(along), -sign * side * c.B, rate)
+        c, force = self.mechanism.coefficients, self.slip_force(slip, side)
+        rate = slip * (self.slip_rate_coefficient(slip, side) * force + c.b_t)
+        return all_positive(sign * self.A(slip, side), -sign * side * c.B, rate)
 
     def slip_stop(self, slip: int, choices: tuple[Choice, ...]) -> Transition:
         """Return the end of slip: v_t = 0."""
@@ -272,20 +283,30 @@ class OneContact(ContactStates):
         """Return the end of an impact whose impulse has none."""
         return self.transition("jam", EventKind.JAM, guard, stop=StopReason.JAM)
 
+    def curved_path(self) -> Transition:
+        """Return the end of an impact whose slip has friction that varies with its velocity."""
+        kind, stop = EventKind.IMPACT, StopReason.VARYING_FRICTION
+        return self.transition("friction", kind, None, stop=stop)
+
     # ---- forces and rates ----
 
-    def tangential_force(self, contact: str, force: sp.Expr) -> sp.Expr:
-        """Return F_t of a contact mode for the normal force `force`."""
+    def tangential_force(self, contact: str, force: sp.Expr, side: int = 1) -> sp.Expr:
+        """Return F_t of a contact mode for the normal force `force` of the sign `side`."""
         c = self.mechanism.coefficients
         if contact == "stick":
             if not (c.slides and self._slip_is_extra):
                 return c.sticking_force.xreplace({F_N: force})
             smooth = c.accelerations.xreplace({F_N: force, F_T: _ZERO})
             return -row_acceleration(c.contact.J_T, smooth, c.contact.tangential_bias) / c.W_tt
-        return -CONTACTS[contact] * self.friction_coefficient * force
+        slip = CONTACTS[contact]
+        return -slip * side * self.interface.kinetic_along(slip) * force
 
     def field(
-        self, contact: str | None, force: sp.Expr, normal: sp.Expr | None = None
+        self,
+        contact: str | None,
+        force: sp.Expr,
+        normal: sp.Expr | None = None,
+        side: int = 1,
     ) -> dict[sp.Symbol, sp.Expr]:
         """Return the rates of all states but the law's own dissipation.
 
@@ -297,9 +318,11 @@ class OneContact(ContactStates):
             F_n.
         normal : sympy.Expr, optional
             g̈_N where it is known better than A F_n + B (0 on a rigid surface).
+        side : int
+            Sign of F_n.
         """
         c = self.mechanism.coefficients
-        friction = self.tangential_force(contact, force) if contact else _ZERO
+        friction = self.tangential_force(contact, force, side) if contact else _ZERO
         pushes = {F_N: force, F_T: friction}
         if contact == "stick" and not self.stick_yields and c.rank_one:
             # Any forces that hold the slip accelerate alike: those of F_n = 0, so that none cancel.
@@ -309,7 +332,7 @@ class OneContact(ContactStates):
         rates[self.gap] = self.gap_rate
         # Both rows along q̈ share what it is made of; one alone is shorter as C F_n + b_t.
         along = accelerations if normal is None else None
-        rates[self.slip] = self._slip_rate(contact, force, along)
+        rates[self.slip] = self._slip_rate(contact, force, along, side)
         rates[self.gap_rate] = (
             self._normal(contact, force, accelerations) if normal is None else normal
         )
@@ -326,10 +349,10 @@ class OneContact(ContactStates):
             return c.A_stick * force + c.B_stick
         if contact == "stick":
             return c.W_nn * force + c.W_nt * self.tangential_force("stick", force) + c.b_n
-        return c.A(CONTACTS[contact], self.friction_coefficient) * force + c.B if contact else c.B
+        return self.A(CONTACTS[contact]) * force + c.B if contact else c.B
 
     def _slip_rate(
-        self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None
+        self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None, side: int
     ) -> sp.Expr:
         """Return v̇_t: exactly 0 where sticking holds it."""
         c = self.mechanism.coefficients
@@ -340,21 +363,30 @@ class OneContact(ContactStates):
         if contact == "stick":
             return c.W_nt * force + c.W_tt * self.tangential_force("stick", force) + c.b_t
         if contact:
-            along = c.slip_rate_coefficient(CONTACTS[contact], self.friction_coefficient)
-            return along * force + c.b_t
+            return self.slip_rate_coefficient(CONTACTS[contact], side) * force + c.b_t
         return c.b_t
 
-    def outputs(self, contact: str | None, force: sp.Expr, stored: sp.Expr) -> dict[str, sp.Expr]:
-        """Return forces, gap and energies of a mode."""
-        friction = self.tangential_force(contact, force) if contact else _ZERO
+    def outputs(
+        self, contact: str | None, force: sp.Expr, stored: sp.Expr, side: int = 1
+    ) -> dict[str, sp.Expr]:
+        """Return forces, gap and energies of a mode; `side` is the sign of the normal force."""
+        friction = self.tangential_force(contact, force, side) if contact else _ZERO
         return self.outputs_of((force, friction), stored)
 
     def held_mode(
-        self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
+        self,
+        name: str,
+        contact: str,
+        force: sp.Expr,
+        transitions: tuple[Transition, ...],
+        side: int = 1,
     ) -> Mode:
-        """Return a mode in which F_n = `force` keeps the gap at 0; the domain ends it, too."""
-        rates = self.field(contact, force, normal=_ZERO) | {self.gap: _ZERO}
-        outputs = self.outputs(contact, force, _ZERO)
+        """Return a mode in which F_n = `force`, of the sign `side`, keeps the gap at 0.
+
+        The domain ends it, too.
+        """
+        rates = self.field(contact, force, normal=_ZERO, side=side) | {self.gap: _ZERO}
+        outputs = self.outputs(contact, force, _ZERO, side)
         return Mode(name, rates, (*transitions, *self.domain_ends), outputs)
 
     def instant_mode(self, name: str, *transitions: Transition) -> Mode:

@@ -25,9 +25,9 @@ from painleve_sym.automata.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known
+from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, Memory
 from painleve_sym.automata.contact_states import FORCE_WORK, FRICTION_WORK, OneContact
-from painleve_sym.automata.interfaces import RUBBING, ContactStart, Interface, Memory, not_negative
+from painleve_sym.automata.interfaces import RUBBING, ContactStart, Interface, not_negative
 from painleve_sym.automata.model import CONTACT, SLIPS, guide_slip_mode, guide_stick_mode
 from painleve_sym.automata.rigid import DECISION
 from painleve_sym.errors import EventKind
@@ -83,9 +83,13 @@ class GuideInterface(Interface):
     def part(self) -> Part:
         """Stick, or slip along v_t, with either sign of F_n."""
         slip = self.row.slip
+        rest, prefers = self.may_stick(is_zero(slip)), not self.is_coulomb
         alternatives = [
-            Alternative(is_zero(slip) if s == 0 else not_negative(s * slip), self._held(s, side))
-            for s in (0, -1, 1)
+            Alternative(rest, self._held(0, side), preferred=prefers) for side in (1, -1)
+        ]
+        alternatives += [
+            Alternative(not_negative(s * slip), self._held(s, side))
+            for s in (-1, 1)
             for side in (1, -1)
         ]
         for i, side in enumerate((1, -1)):
@@ -140,7 +144,7 @@ class BilateralContact(OneContact):
         c = self.mechanism.coefficients
         moving, B = slip * self.slip, c.B
         for side in _SIDES:
-            A, other = c.A(slip * side), c.A(-slip * side)
+            A, other = self.A(slip, side), self.A(slip, -side)
             taken = {
                 "liftoff": guide_slip_mode(slip, side),
                 "slip": guide_slip_mode(slip, -side, unstable=True),
@@ -150,7 +154,7 @@ class BilateralContact(OneContact):
             yield Choice(guide_slip_mode(slip, side), all_positive(moving, A, -side * B))
         for side in _SIDES:
             # B = 0: the guard of the force decides how the motion continues.
-            possible = sp.And(all_positive(moving, c.A(slip * side)), is_zero(B))
+            possible = sp.And(all_positive(moving, self.A(slip, side)), is_zero(B))
             yield Choice(guide_slip_mode(slip, side), possible)
         yield Choice(TANGENTIAL_IMPACT, positive(moving))
 
@@ -164,7 +168,7 @@ class BilateralContact(OneContact):
             name = guide_slip_mode(slip, side, sign < 0)
             yield Choice(name, self.slip_begins(slip, sign, side), stop)
         for slip, side in product(SLIPS, _SIDES):
-            possible = sp.And(is_zero(c.B), all_positive(slip * c.b_t, c.A(slip * side)))
+            possible = sp.And(is_zero(c.B), all_positive(slip * c.b_t, self.A(slip, side)))
             yield Choice(guide_slip_mode(slip, side), possible, stop)
         yield Choice(guide_stick_mode(1))
 
@@ -192,25 +196,26 @@ class BilateralContact(OneContact):
 
     def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
         c, sign = self.mechanism.coefficients, -1 if unstable else 1
-        # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
-        along = slip * side
         stop = self.slip_stop(slip, (Choice(DECISION),))
         # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
         over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
         if not unstable:
             other = guide_slip_mode(slip, -side)
-            over = (Choice(other, positive(c.A(-along)), ("force_reversal",)), *over)
+            over = (Choice(other, positive(self.A(slip, -side)), ("force_reversal",)), *over)
         loss = -sign * side * c.B
         turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, loss, over)
-        meet, name = self.singular(sign * c.A(along)), guide_slip_mode(slip, side, unstable)
-        return self.held_mode(name, SLIPS[along], c.slip_force(along), (stop, turn, meet))
+        meet, name = self.singular(sign * self.A(slip, side)), guide_slip_mode(slip, side, unstable)
+        force, ends = self.slip_force(slip, side), (stop, turn, meet)
+        return self.held_mode(name, SLIPS[slip], force, ends, side)
 
     def _stick(self, side: int) -> Mode:
         c = self.mechanism.coefficients
 
         def enter(slip: int) -> tuple[Choice, ...]:
             # With A < 0 the slip on this side would run backwards: only the other side slips on.
-            possible, stop = positive(c.A(slip * side)), ("slip_stop",)
+            # Where friction falls as the slip begins, the force may change its side, too.
+            falls = () if self.interface.is_coulomb else (-side * c.B,)
+            possible, stop = all_positive(self.A(slip, side), *falls), ("slip_stop",)
             this, other = guide_slip_mode(slip, side), guide_slip_mode(slip, -side)
             return Choice(this, possible, stop), Choice(other, None, stop)
 

@@ -61,16 +61,21 @@ class ImpactRays:
             if contact == "stick":
                 ratio, a_n, a_t = c.sticking_ratio, c.A_stick, sp.Integer(0)
             else:
-                ratio, a_n, a_t = -s * c.mu, c.A(s), c.slip_rate_coefficient(s)
+                st = self.states
+                ratio, a_n, a_t = -s * self._kinetic(s), st.A(s), st.slip_rate_coefficient(s)
             rays[contact] = Ray(contact, ratio, a_n, a_t)
         return rays
 
+    def _kinetic(self, slip: int) -> sp.Expr:
+        """Return the coefficient of friction of a slip."""
+        return self.states.interface.kinetic_along(slip)
+
     def _at_rest(self, phase: str) -> tuple[Choice, ...]:
         """Return the choices at v_t = 0: slip to the side friction cannot hold, or stick."""
-        c = self.states.mechanism.coefficients
+        c, static = self.states.mechanism.coefficients, self.states.interface.static_coefficient
         return (
-            Choice(f"impact/slip_neg/{phase}", positive(-c.W_nt - c.mu * c.W_tt)),
-            Choice(f"impact/slip_pos/{phase}", positive(c.W_nt - c.mu * c.W_tt)),
+            Choice(f"impact/slip_neg/{phase}", positive(-c.W_nt - static * c.W_tt)),
+            Choice(f"impact/slip_pos/{phase}", positive(c.W_nt - static * c.W_tt)),
             Choice(f"impact/stick/{phase}"),
         )
 
@@ -147,6 +152,8 @@ class ImpactRays:
         if ray.a_n == 0:
             # Rank one: sticking carries any impulse and the normal velocity never changes.
             return self.states.instant_mode(name, self.states.jam())
+        if self._curved(ray):
+            return self.states.instant_mode(name, self.states.curved_path())
         transitions = []
         if ray.a_t != 0:  # slip, where any motion slides the contact
             transitions.append(self._slip_stop(ray, phase))
@@ -165,6 +172,14 @@ class ImpactRays:
         return self.states.instant_mode(name, *transitions, end)
 
     def modes(self, decision: str) -> list[Mode]:
-        """Return the six modes; the last ray of an impact leads to the mode `decision`."""
+        """Return the modes; the last ray of an impact leads to the mode `decision`."""
         phases = ("compression", "restitution")
-        return [self._mode(r, phase, decision) for r in self.rays.values() for phase in phases]
+        return [
+            self._mode(ray, phase, decision)
+            for ray in self.rays.values()
+            for phase in phases[: 1 if self._curved(ray) else 2]
+        ]
+
+    def _curved(self, ray: Ray) -> bool:
+        """Return whether the ratio of the forces changes along the slip: the path is not a ray."""
+        return bool(ray.ratio.has(self.states.slip))

@@ -24,6 +24,7 @@ from painleve_sym.automata.contact_forces import (
     Known,
     LocalContact,
     LocalMode,
+    Memory,
 )
 from painleve_sym.automata.model import FLIGHT, INDENTED, MOTION
 from painleve_sym.automata.scales import Numbers, Terms, compliant_scales, rigid_scales
@@ -48,8 +49,6 @@ SLIP_STARTS = {-1: "slip_start_neg", 1: "slip_start_pos"}
 """Labels of the ends of stick, by the slip that begins."""
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
-
-Memory = dict[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
@@ -124,14 +123,10 @@ class Watch:
         chooses = asks and target == MOTION
         return Transition(label, kind, guard, follows, reset or {}, contact=name, chooses=chooses)
 
-    def friction_changes(
-        self, motion: ContactMotion, released: Memory | None = None
-    ) -> list[Transition]:
-        """Return the starts of slip, where sticking reaches its cone, and its stop.
-
-        `released` is the change of memory at a start.
-        """
+    def friction_changes(self, motion: ContactMotion) -> list[Transition]:
+        """Return the starts of slip, where sticking reaches its cone, and its stop."""
         kind, row = EventKind.SLIP_START, self.contact.row
+        released = self.contact.released
         changes = [
             self.transition(SLIP_STARTS[s], kind, self.contact.alone * margin, released)
             for s, margin in self._margins(motion).items()

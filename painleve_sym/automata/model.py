@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-from painleve_sym.choices import Policy
+from painleve_sym.choices import Friction, Policy
 from painleve_sym.errors import InputError
 from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.laws.rigid_contact import GuideLaw, RigidLaw
@@ -75,6 +75,11 @@ class StateRow(NamedTuple):
         return cls(gap, f"{gap}_dot", contact.slip_rate or f"slip_velocity{end}")
 
 
+def _shared(law: RigidLaw) -> tuple[tuple[str, str], ...]:
+    """Return the choices that all rigid contacts have in common: each has its own friction."""
+    return tuple((name, value) for name, value in law.choices.items() if name != "friction")
+
+
 @dataclass(frozen=True)
 class ContactModel:
     """The contacts of a mechanism with their laws.
@@ -93,6 +98,7 @@ class ContactModel:
     def __post_init__(self) -> None:
         _ = self.own_laws  # rejects names that the mechanism has, too
         self._check_guides()
+        self._check_springs()
         if self.several:
             self._check_several()
         elif self.mechanism.locked:
@@ -112,6 +118,16 @@ class ContactModel:
                     f"mechanism {self.mechanism.name!r} with law {law.name!r}: its contact "
                     "holds from both sides, and a law only pushes. Fix: use the law rigid, or "
                     "describe the guide as two contacts."
+                )
+
+    def _check_springs(self) -> None:
+        """Raise InputError where a tangential spring is in series with friction that varies."""
+        for contact, law in zip(self.mechanism.outline.contacts, self.own_laws, strict=True):
+            if law.kind is ContactKind.SPRING and not contact.has_one_coefficient:
+                raise InputError(
+                    f"mechanism {self.mechanism.name!r}, contact {contact.name!r}: friction: got "
+                    "'spring' for a contact whose friction differs between rest and slip, and the "
+                    "spring is in series with one coefficient. Fix: leave friction=spring out."
                 )
 
     def _check_several(self) -> None:
@@ -138,6 +154,12 @@ class ContactModel:
     def several(self) -> bool:
         """Whether there is more than one contact."""
         return len(self.mechanism.outline.contacts) > 1
+
+    @property
+    def friction_varies(self) -> bool:
+        """Whether the friction of any contact in slip is more than a parameter."""
+        curves = (own.friction.kind is Friction.STRIBECK for own in self.own_laws)
+        return self.mechanism.outline.has_curves or any(curves)
 
     @property
     def can_open(self) -> bool:
@@ -179,9 +201,10 @@ class ContactModel:
         taken = [*(p.name for p in outline.parameters), *outline.state_names]
 
         def own(contact: ContactOutline, law: Law) -> OwnLaw:
-            if contact.bilateral:
-                return GuideLaw(Policy(self.rigid_law.policy))
             by_contact = law if len(self.laws) == 1 else law.of_contact(contact.name)
+            if contact.bilateral:
+                followed = by_contact if isinstance(by_contact, RigidLaw) else self.rigid_law
+                return GuideLaw(Policy(self.rigid_law.policy), followed.friction)
             return by_contact.apart_from(taken)
 
         return tuple(map(own, outline.contacts, self._given))
@@ -205,7 +228,7 @@ class ContactModel:
     @property
     def _rigid_laws(self) -> list[RigidLaw]:
         every = (law for law in self.laws if isinstance(law, RigidLaw))
-        return list({tuple(law.choices.items()): law for law in every}.values())
+        return list({_shared(law): law for law in every}.values())
 
     @cached_property
     def definition(self) -> str:

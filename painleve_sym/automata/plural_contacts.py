@@ -398,7 +398,11 @@ class PluralContacts(ContactStates):
         rigid = [self.interfaces[i].row for i in self.model.rigid]
         approaching = [zero_factor(row.gap) * sp.Min(row.gap_rate, 0) for row in rigid]
         again, follows = (Choice(CONTACT),), (Choice(MOTION),)
-        impact = Transition("impact", EventKind.IMPACT, sp.Add(*approaching), again, strikes=True)
+        guard, kind = sp.Add(*approaching), EventKind.IMPACT
+        if all(self.interfaces[i].is_coulomb for i in self.model.rigid):
+            impact = Transition("impact", kind, guard, again, strikes=True)
+        else:
+            impact = Transition("impact", kind, guard, stop=StopReason.VARYING_FRICTION)
         decide = Transition("decide", EventKind.CONTACT, None, follows, chooses=True)
         return impact, decide
 
@@ -415,7 +419,7 @@ class PluralContacts(ContactStates):
         """Impacts of the rigid contacts; None where there is none."""
         if not self.model.rigid:
             return None
-        own, given, rigid = self._symbols, self.contact_set, self.model.rigid_law
+        own, rigid = self._symbols, self.model.rigid_law
         return Impacts(
             rigid=self.model.rigid,
             bilateral=self.model.of_kind(ContactKind.GUIDE),
@@ -430,7 +434,7 @@ class PluralContacts(ContactStates):
             mobility=own["W"],
             load=own["b"],
             directions=own["D"],
-            friction=tuple(given.mu),
+            friction=tuple(c.static_coefficient for c in self.interfaces),
             drive_speeds=self.mechanism.drive_speeds,
             contact_velocity=tuple(
                 v for r in self.rows for v in (r.contact.gap_rate, r.contact.slip_velocity)
@@ -438,7 +442,7 @@ class PluralContacts(ContactStates):
             restitution=rigid.restitution,
             # A guide has none: nothing approaches it.
             coefficients=tuple(
-                law.parameters[0].symbol if law.parameters else _ZERO
+                law.parameters[0].symbol if law.kind is ContactKind.RIGID else _ZERO
                 for law in (self.model.own_laws[i] for i in self.model.rigid)
             ),
             target=CONTACT,

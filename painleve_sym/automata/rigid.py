@@ -25,14 +25,13 @@ from painleve_sym.automata.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode
+from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode, Memory
 from painleve_sym.automata.contact_states import OneContact
 from painleve_sym.automata.impact_rays import APPROACH, MEMORY, RATE_ROUNDING, ImpactRays
 from painleve_sym.automata.interfaces import (
     RUBBING,
     ContactStart,
     Interface,
-    Memory,
     not_negative,
     switched_test,
     zero_factor,
@@ -114,15 +113,14 @@ class RigidInterface(Interface):
         apart = sp.Or(positive(row.gap), sp.And(is_zero(row.gap), not_negative(row.gap_rate)))
         together = sp.And(is_zero(row.gap), is_zero(row.gap_rate))
         open_ = Alternative(apart, self._flight, open=True)
-        closed = [
-            Alternative(
-                sp.And(together, is_zero(row.slip) if s == 0 else not_negative(s * row.slip)),
-                self._closed(s),
-            )
-            for s in (0, -1, 1)
+        still = sp.And(together, is_zero(row.slip))
+        may_stick, prefers = self.may_stick(still, 1 - self.closed), not self.is_coulomb
+        closed = [Alternative(may_stick, self._closed(0), preferred=prefers)]
+        closed += [
+            Alternative(sp.And(together, not_negative(s * row.slip)), self._closed(s))
+            for s in (-1, 1)
         ]
         touches = self._flight | {self.sticks: _ONE}
-        still = sp.And(together, is_zero(row.slip))
         rests = Alternative(together, touches, open=True, rest_of=0)
         alternatives = (open_, *closed, rests, *self._rests(still, self._closed(0), {-1: 2, 1: 3}))
         variants = self._flight, *(rubs | {self.closed: _ONE} for rubs in self._rubbing_variants)
@@ -177,7 +175,7 @@ class RigidContact(OneContact):
 
     def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
         c, name = self.mechanism.coefficients, SLIPS[slip]
-        moving, A, B = slip * self.slip, c.A(slip), c.B
+        moving, A, B = slip * self.slip, self.A(slip), c.B
         several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
         return (
             Choice(name, all_positive(moving, A - RATE_ROUNDING * c.W_nn, -B)),
@@ -207,16 +205,17 @@ class RigidContact(OneContact):
         At the edge of the cone it sticks.
         """
         c, W_tt = self.mechanism.coefficients, self.mechanism.coefficients.W_tt
+        static = self.interface.static_coefficient
         if not c.rank_one:
             friction, terms = self.tangential_force("stick", c.stick_force), sp.Abs(c.b_t)
             terms += sp.Abs(c.W_nt * c.stick_force)
-            limit = c.mu * c.stick_force + (RATE_ROUNDING * terms / W_tt if c.slides else _ZERO)
+            limit = static * c.stick_force + (RATE_ROUNDING * terms / W_tt if c.slides else _ZERO)
             borne = not_negative(limit - sp.Abs(friction))
             return (Choice("stick", sp.And(positive(c.stick_force), borne)),)
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too. Any of
         # them is borne where the contact is wedged, else those near F_t = 0.
         still = positive(self._closed_margin)
-        wedged = positive(c.mu * W_tt - sp.Abs(c.W_nt))
+        wedged = positive(static * W_tt - sp.Abs(c.W_nt))
         return Choice(JAMMED, sp.And(wedged, still)), Choice("stick", sp.And(positive(-c.B), still))
 
     @property
@@ -268,9 +267,9 @@ class RigidContact(OneContact):
         # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
         open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
         lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))
-        meet = self.singular(sign * c.A(s))
+        meet = self.singular(sign * self.A(s))
         name = f"{contact}_unstable" if unstable else contact
-        return self.held_mode(name, contact, c.slip_force(s), (stop, lift, meet))
+        return self.held_mode(name, contact, self.slip_force(s), (stop, lift, meet))
 
     def _stick(self) -> Mode:
         c = self.mechanism.coefficients
@@ -280,9 +279,11 @@ class RigidContact(OneContact):
             return self.held_mode("stick", "stick", -c.B / c.W_nn, (lift,))
 
         def enter(slip: int) -> tuple[Choice, ...]:
-            # Where the force of such a slip would turn it back, only lift-off is left.
-            possible = Choice(SLIPS[slip], positive(c.A(slip)), ("slip_stop",))
-            return possible, Choice(FLIGHT)
+            # Where the force of such a slip would turn it back, only lift-off is left. Friction
+            # that falls as the slip begins may leave no force, though A > 0.
+            falls = () if self.interface.is_coulomb else (-c.B,)
+            possible = all_positive(self.A(slip), *falls)
+            return Choice(SLIPS[slip], possible, ("slip_stop",)), Choice(FLIGHT)
 
         changes = self.slip_starts(self.stick_margins(c.stick_force), enter)
         lift = self.transition("liftoff", EventKind.LIFTOFF, c.stick_force, (Choice(DECISION),))

@@ -21,13 +21,12 @@ from sympy.logic.boolalg import Boolean
 
 from painleve_sym.automata.automaton import Alternative, Choice, Part, Test, Transition, positive
 from painleve_sym.automata.compliant import BranchChange, CompliantContact, CompliantInterface
-from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode
+from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode, Memory
 from painleve_sym.automata.contact_states import FRICTION_WORK
 from painleve_sym.automata.interfaces import (
     FLIGHTS,
     SLIP_STARTS,
     ContactStart,
-    Memory,
     not_negative,
 )
 from painleve_sym.automata.model import CONTACTS, FLIGHT, MOTION, SLIPS
@@ -241,12 +240,12 @@ class TangentialSpringContact(CompliantContact):
 
     # ---- forces and rates ----
 
-    def tangential_force(self, contact: str, force: sp.Expr) -> sp.Expr:
+    def tangential_force(self, contact: str, force: sp.Expr, side: int = 1) -> sp.Expr:
         """Return F_t of a contact mode for the normal force `force`."""
         if contact == "stick":
-            limit = self.friction_coefficient * force
+            limit = self.interface.kinetic_along(0) * force
             return -self.interface.last_slip * limit - self.interface.stiffness * self.deflection
-        return super().tangential_force(contact, force)
+        return super().tangential_force(contact, force, side)
 
     def _law_field(self, contact: str, branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         rates = super()._law_field(contact, branch)
@@ -258,12 +257,14 @@ class TangentialSpringContact(CompliantContact):
         velocity = self.slip - CONTACTS[contact] * yields
         return rates | {FRICTION_WORK: -friction * velocity}
 
-    def outputs(self, contact: str | None, force: sp.Expr, stored: sp.Expr) -> dict[str, sp.Expr]:
+    def outputs(
+        self, contact: str | None, force: sp.Expr, stored: sp.Expr, side: int = 1
+    ) -> dict[str, sp.Expr]:
         """Return forces, gap and energies of a mode, with ξ and the energy k_t ξ²/2."""
         friction = self.tangential_force(contact, force) if contact else _ZERO
         deflection = -friction / self.interface.stiffness
         energy = stored + self.interface.stiffness * deflection**2 / 2
-        own = super().outputs(contact, force, energy)
+        own = super().outputs(contact, force, energy, side)
         return own | {"tangential_deflection": deflection}
 
     # ---- transitions ----

@@ -36,21 +36,44 @@ TOLERANCES = {
 _EACH = ("slip_velocity", "A_stick", "B_stick")
 
 
-def contact_values(mechanism: Mechanism) -> dict[str, Any]:
-    """Return what the template ``contact.c`` says of a mechanism, besides names of states."""
+def contact_values(mechanism: Mechanism, macros: str) -> dict[str, Any]:
+    """Return what the template ``contact.c`` says of a mechanism, besides names of states.
+
+    `macros` begins the names of macros.
+    """
     function = _function(mechanism)
     outline = mechanism.outline
     names = [p.name for p in outline.parameters]
-    friction = [names.index(c.friction) for c in outline.contacts]
     return {
         "rows": engine_texts("loop/rows")[0],
         "functions": c_functions([function]),
         "work": 1 + function.sz_w(),
         "motion": len(outline.state_names),
         "own": len(names),
-        "friction": ", ".join(map(str, friction)),
+        **_friction(mechanism, names, macros),
         "sides": ", ".join(str(len(c.sides)) for c in outline.contacts),
         **{name: repr(value) for name, value in TOLERANCES.items()},
+    }
+
+
+def _friction(mechanism: Mechanism, names: list[str], macros: str) -> dict[str, str]:
+    """Return what the template says of friction: parameters, or numbers that are generated, too."""
+    outline = mechanism.outline
+    if outline.has_curves:
+        return {
+            "own_friction": "FRICTION, ",
+            "of_friction": "Of each contact ",
+            "friction": "",
+            "each_friction": "all[FIRST + EACH * i + FRICTION]",
+            "contact_friction": "own[FRICTION]",
+        }
+    places = ", ".join(str(names.index(c.friction)) for c in outline.contacts)
+    return {
+        "own_friction": "",
+        "of_friction": "The parameter that is the friction coefficient of a contact; ",
+        "friction": f"static const int FRICTION[{macros}_CONTACTS] = {{{places}}};\n",
+        "each_friction": "p[FRICTION[i]]",
+        "contact_friction": "p[FRICTION[contact]]",
     }
 
 
@@ -59,9 +82,15 @@ def _function(mechanism: Mechanism) -> ca.Function:
     numbers = Delassus.of(mechanism).contact_quantities
     x, n = ca.SX.sym("x", len(numbers.arguments)), len(mechanism.outline.contacts)
     values = dict(zip(numbers.names, ca.vertsplit(numbers.function(x)), strict=True))
+    each: tuple[str, ...] = _EACH
+    if mechanism.outline.has_curves:
+        each = (*each, "friction")
+        arguments = dict(zip(numbers.arguments, ca.vertsplit(x), strict=True))
+        own = Delassus.of(mechanism).friction_of(arguments)
+        values |= {f"friction_{i}": mu for i, mu in enumerate(own)}
     rows = range(ContactRows(n).size)
     names = [f"W_{r}_{c}" for r in rows for c in rows] + [f"b_{r}" for r in rows]
-    names += [f"{name}_{i}" for i in range(n) for name in _EACH]
+    names += [f"{name}_{i}" for i in range(n) for name in each]
     return ca.Function(
         "contact_formulas", [x], [ca.densify(ca.vertcat(*(values[name] for name in names)))]
     )

@@ -426,7 +426,7 @@ def _names(case: MotionCode) -> str:
 def _contact(case: MotionCode) -> str:
     states, contacts = case.outline.state_names, case.simulator.contact.rows
     slips = ", ".join(str(states.index(row.slip)) for row in contacts)
-    values = contact_values(case.simulator.mechanism) | {"slip_states": slips}
+    values = contact_values(case.simulator.mechanism, case.name.upper()) | {"slip_states": slips}
     return filled("contact.c", case.shared | values)
 
 

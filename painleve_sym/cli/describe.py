@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from painleve_sym.cache import kept_entry
@@ -14,7 +14,7 @@ from painleve_sym.cli.texts import AUTOMATON_FORMATS, meanings
 from painleve_sym.codegen.derivation_cache import FORMULAS, entry_key
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, all_choices, one_law
+from painleve_sym.laws.catalogue import CHOICE_NOTES, LAWS, all_choices, choice_values, one_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -218,10 +218,11 @@ def _show_law(one: ContactLaw | RigidLaw) -> None:
     _show_parameters(one.parameters)
     explained = meanings()
     for name, default in all_choices(one).items():
-        values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
+        known = choice_values(one, name)
+        values = ", ".join(v + " (default)" * (v == default) for v in known)
         meaning = explained.get(name, "").partition(":")[0]
         show(f"  {name}{f' ({meaning})' if meaning else ''}: {values}")
-        for value, note in _notes(name).items():
+        for value, note in _notes(known).items():
             show(f"    {value} is {note}")
     _show_source(one.source)
 
@@ -232,9 +233,9 @@ def _show_source(source: str) -> None:
         show(f"    {work}")
 
 
-def _notes(choice: str) -> dict[str, str]:
+def _notes(values: Iterable[str]) -> dict[str, str]:
     """Return what to know about values of a choice, by value."""
-    return {v: CHOICE_NOTES[v] for v in CHOICES[choice] if v in CHOICE_NOTES}
+    return {v: CHOICE_NOTES[v] for v in values if v in CHOICE_NOTES}
 
 
 def _show_rule(rule: RestitutionLaw) -> None:
@@ -266,8 +267,9 @@ def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
         **plain_fields(one, "name", "title", "source"),
         "parameters": [parameter_data(p) for p in one.parameters],
         "choices": {
-            name: {"default": default, "values": CHOICES[name], "notes": _notes(name)}
+            name: {"default": default, "values": known, "notes": _notes(known)}
             for name, default in all_choices(one).items()
+            for known in [choice_values(one, name)]
         },
         "branches": [b.name for b in one.branches],
     }

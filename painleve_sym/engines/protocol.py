@@ -26,6 +26,7 @@ ENGINE_REASONS = (
     StopReason.NO_MODE,
     StopReason.SINGULAR,
     StopReason.JAM,
+    StopReason.VARYING_FRICTION,
 )
 """Stop reasons in the order of the engine's own numbers."""
 

@@ -43,7 +43,7 @@ def first_map(mechanism: Mechanism, slips: Sequence[int]) -> FirstMap:
     best = FirstMap(0, {}, 0)
     # A start on the border of two cases says nothing of either: such contacts come last.
     for contact, slip in sorted(enumerate(slips), key=lambda own: _on_border(mechanism, *own)):
-        friction = mechanism.outline.contacts[contact].friction
+        friction = _friction_axis(mechanism, contact)
         for pairs in _pairs(mechanism, friction):
             for over in pairs:
                 tried = _tried(mechanism, contact, slip, over)
@@ -86,6 +86,15 @@ def _tried(mechanism: Mechanism, contact: int, slip: int, over: tuple[str, str])
     ranges = [(float(v[0]), float(v[-1])) for v in tried.values]
     regions = int((counts >= SHARE * tried.case.size).sum())
     return FirstMap(contact, dict(zip(over, ranges, strict=True)), regions)
+
+
+def _friction_axis(mechanism: Mechanism, contact: int) -> str:
+    """Return the parameter that is the friction of a contact, or the first one in its formula."""
+    outline = mechanism.outline.contacts[contact]
+    if not outline.friction_curve:
+        return outline.friction
+    own = mechanism.contacts[contact].friction_curve.kinetic.free_symbols
+    return next(p.name for p in mechanism.outline.parameters if p.symbol in own)
 
 
 def _pairs(mechanism: Mechanism, friction: str) -> tuple[list[tuple[str, str]], ...]:

@@ -100,8 +100,15 @@ def each_law(given: Law | Mapping[str, Law]) -> tuple[Law, ...]:
 
 def all_choices(given: Law | LawsByContact) -> dict[str, str]:
     """Return every named choice of a law and its value, also Coulomb's friction."""
+    own = given.choices
+    by_contact = any(name.startswith("friction") for name in own)
+    return {**({} if by_contact else {"friction": str(Friction.COULOMB)}), **own}
+
+
+def choice_values(given: Law | LawsByContact, choice: str) -> tuple[str, ...]:
+    """Return the values that a law takes of a choice: a tangential spring needs one that yields."""
     yields = any(own.is_compliant for own in each_law(given))
-    return {**({"friction": str(Friction.COULOMB)} if yields else {}), **given.choices}
+    return tuple(v for v in CHOICES[choice] if yields or v != Friction.SPRING)
 
 
 def law(name: str, **choices: str) -> Law | LawsByContact:
@@ -147,7 +154,8 @@ def parameter_names() -> frozenset[str]:
         plain = law(name)
         # The friction of an impact has no parameter, and one of its values takes Newton's law.
         kinds = [k for k in all_choices(plain) if k != "impact_friction"]
-        own = [plain, *(law(name, **{k: v}) for k in kinds for v in CHOICES[k])]
+        pairs = ((k, v) for k in kinds for v in choice_values(plain, k))
+        own = [plain, *(law(name, **{k: v}) for k, v in pairs)]
         names |= {p.name for one in own for p in one.parameters}
     return frozenset(names)
 
@@ -179,7 +187,7 @@ def one_law(name: str, **choices: str) -> Law:
     """Return the named law of one contact, or of all alike; see `law`."""
     if name != RigidLaw.name:
         return compliant_law(name, LAWS, **choices)
-    _check_choices(name, choices, RigidLaw().choices)
+    _check_choices(name, choices, [*RigidLaw().choices, "friction"])
     return RigidLaw(**choices)  # type: ignore[arg-type]
 
 
@@ -216,9 +224,4 @@ def _check_choices(
     name: str, given: Mapping[str, str], known: Mapping[str, str] | list[str]
 ) -> None:
     for key in given:
-        if key == "friction" and "friction" not in known:
-            raise InputError(
-                f"law {name!r}: friction: got {given[key]!r}, and a rigid contact has Coulomb "
-                "friction with one coefficient. Fix: take a compliant law, such as linear."
-            )
         refuse_unknown("choice", key, known, f"law {name!r}")

@@ -1,7 +1,8 @@
-"""Friction of a contact that yields: Coulomb's law, static friction above kinetic, and Stribeck's.
+"""Friction by the law of a contact: Coulomb's, static friction above kinetic, and Stribeck's.
 
-These scale the friction coefficient μ of the contact by a function of its slip velocity. A fourth
-law has a tangential spring in series with Coulomb's friction.
+These scale the friction coefficient μ of the contact, which may be a curve itself
+(`mechanics.friction`), by a function of its slip velocity. A fourth law has a tangential spring in
+series with Coulomb's friction.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from painleve_sym.mechanics.declarations import Parameter, positive
 
 if TYPE_CHECKING:
     from sympy import Expr
+
+    from painleve_sym.mechanics.outline import ContactOutline
 
 _STATIC_RATIO = Parameter(
     "static_ratio", 1.25, "1", "static friction over mu, the friction of fast slip", 1.0
@@ -68,6 +71,17 @@ FRICTION_NOTICES: Mapping[str, str] = {
     ),
 }
 """Statement on the rigid contact problem under a friction law, by the name of the law."""
+
+
+def friction_notice(contact: ContactOutline) -> str:
+    """Return the statement on the rigid contact problem of a contact; empty for one coefficient."""
+    if contact.has_one_coefficient:
+        return ""
+    own = f"Contact {contact.name} was classified with its friction at the slip velocity of the "
+    own += f"state, mu = {contact.friction_curve or contact.friction}"
+    if not contact.static_friction:
+        return f"{own}."
+    return f"{own}. With the static friction mu_s = {contact.static_friction} {_AT_REST}"
 
 
 @dataclass(frozen=True)

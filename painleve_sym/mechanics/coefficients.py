@@ -114,7 +114,7 @@ class ContactCoefficients:
     @property
     def mu(self) -> sp.Symbol:
         """Friction coefficient μ."""
-        return self.contact.friction
+        return self.contact.mu
 
     def A(self, slip: int = -1, friction: sp.Expr | None = None) -> sp.Expr:
         """Return A_s = W_nn − μ s W_nt for slip direction s = sign(v_t); 1/kg.

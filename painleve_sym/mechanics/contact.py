@@ -10,7 +10,8 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, refuse_faulty, unknown_name
 from painleve_sym.mechanics.bodies import Scalar, expr, rate
-from painleve_sym.mechanics.declarations import NOT_DERIVED_FROM
+from painleve_sym.mechanics.declarations import NOT_DERIVED_FROM, DomainBound
+from painleve_sym.mechanics.friction import FrictionCurve
 from painleve_sym.mechanics.shapes import PLACE, ContactGeometry, Shape
 from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import LagrangianSystem, vanish_everywhere
@@ -39,8 +40,9 @@ class Contact:
         g_N(q, t); m. A surface that moves as prescribed makes it depend on the time.
     slip_velocity : sympy.Expr
         v_t(q, q̇, t), affine in q̇ (a moving surface gives the part free of q̇); m/s.
-    friction : sympy.Symbol
-        μ, one of the system's parameters.
+    friction : sympy.Expr
+        μ, one of the system's parameters; or the coefficient of slip as a formula of parameters and
+        of ``v_t``, `friction.SLIP_VELOCITY`, which is the same for ±v_t.
     bilateral : bool
         A guide that holds the point from both sides: the gap stays 0, F_n has either sign, and
         friction is μ |F_n|. Its contact problem has 0, 1 or 2 solutions.
@@ -49,11 +51,15 @@ class Contact:
     slip_across : sympy.Expr or None
         Of a contact in space the second slip velocity, v_t2, `slip_velocity` being v_t1; m/s. The
         tangents t1, t2 and the normal are a right-handed triad.
+    static_friction : sympy.Expr or None
+        μ_s up to which the contact sticks, a formula of parameters; that of slip at v_t = 0 where
+        it is None.
 
     Raises
     ------
     ModelError
-        A name with other signs, undeclared symbols, a friction that is not a parameter, a gap that
+        A name with other signs, undeclared symbols, a friction that is not a formula of parameters
+        and v_t or that differs between v_t and −v_t, a static friction below it, a gap that
         depends on velocities or does not change with any coordinate, a slip velocity that is not
         affine in the velocities.
 
@@ -69,10 +75,11 @@ class Contact:
     system: LagrangianSystem
     gap: sp.Expr
     slip_velocity: sp.Expr
-    friction: sp.Symbol
+    friction: sp.Expr
     bilateral: bool = False
     geometry: ContactGeometry | None = field(default=None, compare=False, metadata=NOT_DERIVED_FROM)
     slip_across: sp.Expr | None = None
+    static_friction: sp.Expr | None = None
 
     def __post_init__(self) -> None:
         refuse_faulty(f"contact {self.name!r} of mechanism {self.system.name!r}", self._faults())
@@ -94,8 +101,12 @@ class Contact:
             yield "bilateral is not offered in space; need a contact that can open."
         for name, part in parts.items():
             yield from system.formula_faults(name, part)
-        if self.friction not in parameters:
+        if getattr(self.friction, "is_Symbol", False) and self.friction not in parameters:
             yield "friction: " + unknown_name("parameter", str(self.friction), map(str, parameters))
+        else:
+            yield from self.friction_curve.faults(system.parameters)
+        if self.mu not in parameters and str(self.mu) in map(str, system.symbols):
+            yield f"name {str(self.mu)!r} is that of its coefficient of friction. Fix: rename it."
         gap = sp.sympify(self.gap)
         if gap.free_symbols & set(system.q_dot):
             yield "gap depends on a velocity; need a function of the coordinates alone."
@@ -108,6 +119,37 @@ class Contact:
         if self._raw_J_T.free_symbols & velocities and self.J_T.free_symbols & velocities:
             yield "slip velocity is not affine in the velocities."
 
+    @cached_property
+    def friction_curve(self) -> FrictionCurve:
+        """Its coefficients of friction, at rest and in slip."""
+        return FrictionCurve(self.friction, self.static_friction)
+
+    @cached_property
+    def mu(self) -> sp.Symbol:
+        """μ in closed forms: the parameter, or a symbol for the coefficient at the slip velocity.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> ps.models.rod().contact.mu
+        mu
+        """
+        if isinstance(self.friction, sp.Symbol):
+            return self.friction
+        return sp.Symbol(f"friction_{self.name}", nonnegative=True)
+
+    @property
+    def slip_speed(self) -> sp.Expr:
+        """|v_t| as a function of the state; m/s."""
+        if self.slip_across is None:
+            return sp.Abs(self.slip_velocity)
+        return sp.sqrt(self.slip_velocity**2 + self.slip_across**2)
+
+    @cached_property
+    def friction_bounds(self) -> tuple[DomainBound, ...]:
+        """Conditions on its coefficients of friction that do not hold everywhere."""
+        return self.friction_curve.bounds(self.name, self.slip_speed)
+
     def _is_still(self) -> bool:
         """Return whether no coordinate changes the gap."""
         row = self._raw_J_N
@@ -119,8 +161,9 @@ class Contact:
         name: str,
         system: LagrangianSystem,
         point: tuple[Scalar, Scalar],
-        friction: sp.Symbol,
+        friction: sp.Expr,
         *,
+        static_friction: sp.Expr | None = None,
         slope: Scalar = 0,
         surface_speed: Scalar = 0,
         through: tuple[Scalar, Scalar] = (0, 0),
@@ -134,7 +177,7 @@ class Contact:
 
         Parameters
         ----------
-        name, system, friction, bilateral
+        name, system, friction, static_friction, bilateral
             As for `Contact`.
         point : pair of sympy.Expr
             Cartesian (x, y) of the point as functions of q and t; m.
@@ -164,7 +207,8 @@ class Contact:
             x_dot, y_dot = (rate(p, system.rates) for p in (x, y))
             slip = t_x * x_dot + t_y * y_dot
         slip -= expr(surface_speed)
-        return cls(name, system, readable(gap), readable(slip), friction, bilateral, geometry)
+        row = readable(gap), readable(slip), friction, bilateral, geometry
+        return cls(name, system, *row, static_friction=static_friction)
 
     @classmethod
     def of_disc(
@@ -174,8 +218,9 @@ class Contact:
         centre: tuple[Scalar, Scalar],
         radius: Scalar,
         angle: Scalar,
-        friction: sp.Symbol,
+        friction: sp.Expr,
         *,
+        static_friction: sp.Expr | None = None,
         slope: Scalar = 0,
         surface_speed: Scalar = 0,
         through: tuple[Scalar, Scalar] = (0, 0),
@@ -185,7 +230,7 @@ class Contact:
 
         Parameters
         ----------
-        name, system, friction, slope, surface_speed, through, bilateral
+        name, system, friction, static_friction, slope, surface_speed, through, bilateral
             As for `of_point`.
         centre : pair of sympy.Expr
             Cartesian (x, y) of the disc's centre as functions of q and t; m.
@@ -205,7 +250,8 @@ class Contact:
         touching = (expr(centre[0]) + expr(radius) * s, expr(centre[1]) - expr(radius) * c)
         rim = Shape.disc(centre, radius, angle)
         geometry = ContactGeometry.straight(touching, slope, gap, rim)
-        return cls(name, system, readable(gap), readable(slip), friction, bilateral, geometry)
+        row = readable(gap), readable(slip), friction, bilateral, geometry
+        return cls(name, system, *row, static_friction=static_friction)
 
     @classmethod
     def in_space(
@@ -213,8 +259,9 @@ class Contact:
         name: str,
         system: LagrangianSystem,
         point: Vector3,
-        friction: sp.Symbol,
+        friction: sp.Expr,
         *,
+        static_friction: sp.Expr | None = None,
         normal: Vector3 = (0, 0, 1),
         through: Vector3 = (0, 0, 0),
         surface: Surface | None = None,
@@ -224,7 +271,7 @@ class Contact:
 
         Parameters
         ----------
-        name, system, friction
+        name, system, friction, static_friction
             As for `Contact`.
         point : tuple of three sympy.Expr
             Cartesian (x, y, z) of the point as functions of q and t; m.
@@ -277,7 +324,7 @@ class Contact:
         velocity = sp.Matrix([rate(p, system.rates) for p in place])
         slip, across = (system.readable((t.T * velocity)[0]) for t in (first, n.cross(first)))
         parts = (name, system, system.readable(gap / size), slip, friction)
-        return cls(*parts, slip_across=across)
+        return cls(*parts, slip_across=across, static_friction=static_friction)
 
     @property
     def slip_velocities(self) -> tuple[sp.Expr, ...]:

@@ -52,4 +52,4 @@ class ContactSet:
     @property
     def mu(self) -> tuple[sp.Symbol, ...]:
         """Friction coefficients."""
-        return tuple(c.friction for c in self)
+        return tuple(c.mu for c in self)

@@ -122,6 +122,9 @@ class Mechanism(Shown, Deferred):
 
     def __post_init__(self) -> None:
         refuse_faulty(f"mechanism {self.name!r}", self._faults())
+        own = (bound for c in self.contacts for bound in c.friction_bounds)
+        bounds = tuple(bound for bound in own if bound not in self.domain)
+        object.__setattr__(self, "domain", (*self.domain, *bounds))
 
     @classmethod
     def from_sympy(
@@ -273,6 +276,17 @@ class Mechanism(Shown, Deferred):
                 f"{where}: contact {contact.name!r} is bilateral, need one that can open. "
                 f"Fix: {fix}."
             )
+
+    def require_one_coefficient(self, where: str, fix: str) -> None:
+        """Raise InputError where friction differs between rest and slip; `where` begins it."""
+        for contact in self.outline.contacts:
+            if not contact.has_one_coefficient:
+                own = contact.friction_curve or contact.friction
+                rest = contact.static_friction or own
+                raise InputError(
+                    f"{where}: contact {contact.name!r} has the friction {own} in slip and {rest} "
+                    f"at rest, need one coefficient, a parameter. Fix: {fix}."
+                )
 
     def only(self, *names: str) -> Mechanism:
         """Return the mechanism with the named contacts, as if the others were out of reach."""

@@ -36,7 +36,9 @@ KINDS = ("unilateral", "bilateral")
 class ContactOutline:
     """A `Contact` without its formulas, whose texts `gap` and `slip_velocity` are to be shown.
 
-    `friction` is the name of the parameter μ; `gap_coordinate` and `slip_rate` are the coordinate
+    `friction` is the name of the parameter μ, or that of the coefficient of which `friction_curve`
+    is the formula, empty where it is a parameter; `static_friction` is the formula of μ_s, empty
+    where it is that of slip at v_t = 0. `gap_coordinate` and `slip_rate` are the coordinate
     that is the gap and the velocity that is the slip velocity, empty where none is.
     `depends_on_time` tells whether the time itself occurs in one of both formulas. `slip_across` is
     the text of the second slip velocity of a contact in space, empty in the plane.
@@ -51,6 +53,13 @@ class ContactOutline:
     slip_rate: str = ""
     depends_on_time: bool = False
     slip_across: str = ""
+    friction_curve: str = ""
+    static_friction: str = ""
+
+    @property
+    def has_one_coefficient(self) -> bool:
+        """Whether its friction is a parameter, the same at rest and in slip."""
+        return not (self.friction_curve or self.static_friction)
 
     @property
     def sides(self) -> tuple[int, ...]:
@@ -108,6 +117,11 @@ class MechanismOutline:
         return tuple(c.bilateral for c in self.contacts)
 
     @property
+    def has_curves(self) -> bool:
+        """Whether the friction of any contact is a formula, not a parameter."""
+        return any(c.friction_curve for c in self.contacts)
+
+    @property
     def truncation_notices(self) -> tuple[str, ...]:
         """Sentences on bodies with modes, whose rigid contact problem does not converge in them."""
         return tuple(
@@ -139,13 +153,15 @@ class MechanismOutline:
             ContactOutline(
                 name=c.name,
                 bilateral=c.bilateral,
-                friction=str(c.friction),
+                friction=str(c.mu),
                 gap=str(c.gap),
                 slip_velocity=str(c.slip_velocity),
                 gap_coordinate=str(c.gap) if c.gap in system.q else "",
                 slip_rate=str(c.slip_velocity) if c.slip_velocity in system.q_dot else "",
                 depends_on_time=timed(c.gap, *c.slip_velocities),
                 slip_across="" if c.slip_across is None else str(c.slip_across),
+                friction_curve="" if c.mu == c.friction else str(c.friction),
+                static_friction="" if c.static_friction is None else str(c.static_friction),
             )
             for c in contacts
         )

@@ -78,9 +78,11 @@ class CorrectedJumpRule:
     engine: EngineLike = EngineName.AUTO
 
     def __post_init__(self) -> None:
+        where = f"finite-stiffness jump of {self.mechanism.name!r}"
+        self.mechanism.require_one_coefficient(where, "simulate the motion with the law")
         if _rank_one(self.mechanism):
             raise InputError(
-                f"finite-stiffness jump of {self.mechanism.name!r}: its W has rank one (A' = 0), "
+                f"{where}: its W has rank one (A' = 0), "
                 "so that velocities do not determine the impulse while the contact sticks. "
                 "Fix: simulate the motion with the law, or name no law for the rigid jump."
             )

@@ -57,6 +57,8 @@ def locate_limit(
     the limit is (F + β₀/α)/r, which stays finite where F* does not (r = 1). All rates are affine in
     the force, so that this mean force carries the state to t*; there it is corrected to B = 0.
     """
+    if contact.friction_varies:
+        return None
     mode = _slip(run.mode_names[run.final_mode])
     if run.stop_reason is not StopReason.SINGULAR or mode is None:
         return None

@@ -176,7 +176,11 @@ class RunRecord:
         No slip starts without friction: nothing had stuck.
         """
         mechanism, values = self.simulator.mechanism.outline, self.start.place.parameters
-        smooth = {c.name for c in mechanism.contacts if not values.get(c.friction, 1)}
+        smooth = {
+            c.name
+            for c in mechanism.contacts
+            if c.has_one_coefficient and not values.get(c.friction, 1)
+        }
         return tuple(
             e
             for e in self._every_event

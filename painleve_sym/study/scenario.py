@@ -25,7 +25,7 @@ from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_n
 from painleve_sym.files import CsvFormat, parse_toml, read_text
 from painleve_sym.laws.catalogue import LAWS, Law, LawsByContact, all_choices, law
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.laws.friction import FRICTION_NOTICES
+from painleve_sym.laws.friction import FRICTION_NOTICES, friction_notice
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter, ParameterSet, with_fields
@@ -247,7 +247,9 @@ class Scenario(CaseSettings):
         """Sentences on the rigid contact problem: friction law, modes of bodies, lost digits."""
         kind = all_choices(self.contact_law()).get("friction") if self.law else None
         of_friction = FRICTION_NOTICES.get(kind or "")
-        own = (of_friction,) if of_friction else ()
+        outline = self.mechanism().outline
+        of_contacts = [notice for c in outline.contacts if (notice := friction_notice(c))]
+        own = (*((of_friction,) if of_friction else ()), *of_contacts)
         return (*own, *self.mechanism().notices, *border_notices(self.place))
 
     def classify(self) -> Classification:

@@ -252,7 +252,7 @@ def test_at_rest_stick_and_slip_are_both_possible_between_the_two_coefficients()
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: ps.law("rigid", friction="stribeck"), "compliant law"),
+        (lambda: ps.law("rigid", friction="spring"), "compliant law"),
         (lambda: ps.law("hertz", friction="lugre"), "coulomb, spring, static, stribeck"),
         (lambda: ps.law("hertz", friction="static").with_friction("stribeck"), "already"),
         (lambda: FrictionLaw.named("Coulomb"), "coulomb"),

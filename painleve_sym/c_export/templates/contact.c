@@ -25,11 +25,10 @@ $functions
 enum { MOTION = $motion, OWN = $own };
 /* What is generated: W, row by row, b, then these for each contact. */
 enum { ROWS = PS_SIZE(${NAME}_CONTACTS), FIRST = ROWS * ROWS + ROWS };
-enum { SLIP_VELOCITY, A_STICK, B_STICK, EACH };
-/* The parameter that is the friction coefficient of a contact; how many signs its normal force may
+enum { SLIP_VELOCITY, A_STICK, B_STICK, ${own_friction}EACH };
+/* ${of_friction}how many signs its normal force may
  * have, 2 where it holds from both sides; the state that is its slip velocity. */
-static const int FRICTION[${NAME}_CONTACTS] = {$friction};
-static const int SIDES[${NAME}_CONTACTS] = {$sides};
+${friction}static const int SIDES[${NAME}_CONTACTS] = {$sides};
 static const int SLIP_STATE[${NAME}_CONTACTS] = {$slip_states};
 
 static void evaluate_contacts(const double *p, const double *x, double *out) {
@@ -47,7 +46,7 @@ void ${name}_contact_problem(const double *p, const double *x, double *W, double
   evaluate_contacts(p, x, all);
   memcpy(W, all, ROWS * ROWS * sizeof(double));
   memcpy(b, all + ROWS * ROWS, ROWS * sizeof(double));
-  for (int i = 0; i < ${NAME}_CONTACTS; i++) mu[i] = p[FRICTION[i]];
+  for (int i = 0; i < ${NAME}_CONTACTS; i++) mu[i] = $each_friction;
 }
 
 /* As in problem/law.py. Of the terms of a rate: what rounding leaves of a zero. Of its scale: what counts
@@ -71,7 +70,7 @@ void ${name}_contact_coefficients(const double *p, const double *x, int contact,
   const double *W = all, *b = all + ROWS * ROWS;
   const double *own = all + FIRST + EACH * contact;
   evaluate_contacts(p, x, all);
-  c->mu = p[FRICTION[contact]];
+  c->mu = $contact_friction;
   c->W_nn = W[n * ROWS + n];
   c->W_nt = W[n * ROWS + t];
   c->W_tt = W[t * ROWS + t];

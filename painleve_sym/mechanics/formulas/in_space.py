@@ -55,7 +55,7 @@ def spatial_sections(mechanism: Mechanism) -> Iterator[Section]:
         note="a = W F + b",
     )
     e = sp.Matrix([sp.cos(SLIP_ANGLE), sp.sin(SLIP_ANGLE)])
-    mu, w, T = contact.friction, W[1:, 0], W[1:, 1:]
+    mu, w, T = contact.mu, W[1:, 0], W[1:, 1:]
     across = sp.Matrix([-e[1], e[0]])
     A = readable(W[0, 0] - mu * (w.T * e)[0])
     along = w - mu * T * e

@@ -123,7 +123,7 @@ def _sliding_formulas(mechanism: Mechanism, W: sp.Matrix, b: sp.Matrix) -> Itera
             n,
             lambda i, k, s=slips: (
                 W[at.normal(i), at.normal(k)]
-                - s[k] * contacts[k].friction * W[at.normal(i), at.tangent(k)]
+                - s[k] * contacts[k].mu * W[at.normal(i), at.tangent(k)]
             ),
         )
         whole = reduced(determinant(A))

@@ -17,6 +17,7 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter
+from painleve_sym.mechanics.friction import SLIP_VELOCITY
 from painleve_sym.mechanics.inputs import Input, derivative_names
 from painleve_sym.mechanics.materials import PROPERTIES
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -24,7 +25,7 @@ from painleve_sym.mechanics.quaternions import Quaternion, QuaternionPart, veloc
 from painleve_sym.mechanics.shapes import ContactGeometry, Shape, ShapeKind
 from painleve_sym.mechanics.spatial_bodies import SpatialBody
 from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
-from painleve_sym.mechanics.toml.expressions import CONSTANTS
+from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
 from painleve_sym.mechanics.toml.lines import toml_lines
 from painleve_sym.mechanics.toml.reader import Source, Table
 from painleve_sym.mechanics.toml.spatial_parts import (
@@ -67,7 +68,7 @@ _KINDS: Mapping[str, tuple[str, ...]] = {
     "gap": ("slip_velocity", "at", "slope"),
 }
 """What a contact is given by, and which further keys belong to that."""
-_ALWAYS = ("name", "friction", "bilateral")
+_ALWAYS = ("name", "friction", "static_friction", "bilateral")
 _PLANE = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity", "at")
 _CONTACT = (*_PLANE, *(key for key in CONTACT_IN_SPACE if key not in _PLANE))
 _CIRCLE = ("centre", "radius", "angle")
@@ -178,7 +179,7 @@ class _Reader:
     def parameters(self) -> tuple[Parameter, ...]:
         contacts = self.top.entries.get("contacts", [])
         tables = [c for c in contacts if isinstance(c, dict)] if isinstance(contacts, list) else []
-        frictions = [c.get("friction") for c in tables]
+        frictions = [c.get(key) for c in tables for key in ("friction", "static_friction")]
         given, inputs = self.top.table("parameters"), self.top.table("inputs")
         self.inputs = [_input(name, inputs.table(name, _INPUT)) for name in inputs]
         own = (p for known in self.inputs for p in known.parameters)
@@ -468,7 +469,7 @@ def _contact(
     before, kinds = table.source.stand_ins, [kind for kind in _KINDS if kind in table]
     symbols = {p.name: p.symbol for p in parameters}
     name, bilateral = table.text("name"), table.flag("bilateral", False)
-    friction = table.named("friction", "parameter", symbols)
+    friction, static = _friction(table, symbols)
     if len(kinds) != 1:
         table.fault(f"got {' and '.join(kinds) or 'none'}, need one of point, disc, gap.")
         return None
@@ -483,8 +484,26 @@ def _contact(
         return None
     contact = None
     with table.source.making(*table.path):
-        contact = make(name=name, system=system, friction=friction)
+        contact = make(name=name, system=system, friction=friction, static_friction=static)
     return contact
+
+
+def _friction(
+    table: Table, parameters: Mapping[str, sp.Symbol]
+) -> tuple[sp.Expr | None, sp.Expr | None]:
+    """Return the friction of slip, a parameter or a formula of v_t, and that of rest, or None."""
+    text, own = table.entries.get("friction"), table.source.formulas
+    # A name alone is meant to be a parameter.
+    if not isinstance(text, str) or text.strip().isidentifier():
+        friction: sp.Expr | None = table.named("friction", "parameter", parameters)
+    else:
+        name = SLIP_VELOCITY.name
+        if name in own.names:
+            table.fault(f"{name} means the slip velocity here. Fix: rename yours.", "friction")
+        formulas = Formulas({**own.names, name: SLIP_VELOCITY}, own.sizes, own.broken)
+        friction = table.formula("friction", formulas=formulas)
+    static = table.formula("static_friction") if "static_friction" in table else None
+    return friction, static
 
 
 def _in_plane(

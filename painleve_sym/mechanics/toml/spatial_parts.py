@@ -16,7 +16,16 @@ from painleve_sym.mechanics.spatial_bodies import Orientation, SpatialBody
 from painleve_sym.mechanics.toml.reader import Table
 
 BODY_IN_SPACE = ("name", "mass", "centre", "inertia", "orientation")
-CONTACT_IN_SPACE = ("name", "friction", "point", "normal", "through", "surface", "along")
+CONTACT_IN_SPACE = (
+    "name",
+    "friction",
+    "static_friction",
+    "point",
+    "normal",
+    "through",
+    "surface",
+    "along",
+)
 
 
 def is_triple(table: Table, key: str) -> bool:

@@ -116,6 +116,7 @@ class TimeStepper:
         refuse_unknown("scheme", self.scheme, SCHEMES, self.where)
         self.mechanism.require_one_contact()
         self.mechanism.require_opening(self.where, "choose another mechanism")
+        self.mechanism.require_one_coefficient(self.where, "simulate with the law rigid")
 
     @property
     def where(self) -> str:

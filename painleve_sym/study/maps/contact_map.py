@@ -206,7 +206,7 @@ class ContactMap:
         arguments = self._arguments
         x = ca.SX.sym("x", len(arguments))
         values = quantities.function(x[:-1])
-        friction = x[arguments.index(self.mechanism.outline.contacts[0].friction)]
+        (friction,) = self._numbers.friction_of(dict(zip(arguments, ca.vertsplit(x), strict=True)))
         direction = self._along(x[-1], ca.cos, ca.sin)
         W_nt = [values[places[f"W_0_{k}"]] for k in range(1, 1 + len(direction))]
         coupling = sum((w * d for w, d in zip(W_nt, direction, strict=True)), ca.SX(0))
@@ -244,7 +244,8 @@ def _slip_accelerations(numbers: Delassus) -> Quantities:
         whole = numbers.whole_quantities
         x = ca.SX.sym("x", len(whole.arguments) + 1)
         of = dict(zip(whole.names, ca.vertsplit(whole.function(x[:-1])), strict=True))
-        friction = x[-1] * x[whole.arguments.index(outline.contacts[0].friction)]
+        (mu,) = numbers.friction_of(dict(zip(whole.arguments, ca.vertsplit(x[:-1]), strict=True)))
+        friction = x[-1] * mu
         force = -of["b_0"] / (of["W_0_0"] - friction * of["W_0_1"])
         rates = [
             of[f"free_{i}"] + (of[f"D_{i}_0"] - friction * of[f"D_{i}_1"]) * force
