@@ -16,6 +16,7 @@ from painleve_sym.choices import EngineName, Restitution
 from painleve_sym.files import CsvFormat
 from painleve_sym.laws.catalogue import CHOICES
 from painleve_sym.mechanics.toml import mechanism_file as reader
+from painleve_sym.motion.timetable import InputValues, Phase
 from painleve_sym.study import scenario
 from painleve_sym.study.sweeps import space, sweep
 
@@ -76,6 +77,7 @@ def test_files_of_every_kind_are_tested():
         (MECHANISM["coordinates"]["additionalProperties"]["properties"], reader._COORDINATE),
         (MECHANISM["quaternions"]["additionalProperties"]["properties"], reader._QUATERNION),
         (MECHANISM["parameters"]["additionalProperties"]["properties"], reader._PARAMETER),
+        (MECHANISM["inputs"]["additionalProperties"]["properties"], reader._INPUT),
         (MECHANISM["bodies"]["items"]["properties"], reader._BODY),
         (MECHANISM["bodies"]["items"]["properties"]["modes"]["items"]["properties"], reader._MODE),
         (MECHANISM["shapes"]["items"]["properties"], reader._SHAPE),
@@ -84,6 +86,11 @@ def test_files_of_every_kind_are_tested():
         (MECHANISM["contacts"]["items"]["properties"], reader._CONTACT),
         (SCENARIO, scenario._READERS),
         (SCENARIO["robot"]["properties"], (*scenario._OF_FILE, *scenario._OF_CONTACT)),
+        (SCENARIO["phases"]["items"]["properties"], Phase.__annotations__),
+        (
+            SCENARIO["inputs"]["additionalProperties"]["oneOf"][1]["properties"],
+            InputValues.__annotations__,
+        ),
         (SCENARIO["csv"]["properties"], [f.name for f in fields(CsvFormat)]),
         (SWEEP, (set(scenario._READERS) - set(sweep.UNUSED_KEYS)) | set(sweep.OWN_KEYS)),
     ],

@@ -236,6 +236,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
         "simulate rod --law hertz --material steel --t-end 1e-3",
         f"simulate rod --state {TABLE_4} --law rigid --t-end 0.1",
         "simulate block-two-feet --state y_A=0.001 --law rigid --t-end 0.1",
+        f"simulate rod --state {TABLE_3} --law hertz --t-end 1e-3 --phases 5e-4:mu=1",
         "simulate rod --state theta=0.9095,theta_dot=0.665,x_A_dot=0.674,y_A_dot=-1 "
         "--set mu=0.827 --law rigid --law-set restitution=newton,e_newton=0.9 --t-end 1e-3",
     ),

@@ -19,6 +19,7 @@ from painleve_sym.cli.options import (
     read_velocity,
 )
 from painleve_sym.cli.texts import AUTOMATON_FORMATS, DERIVE_FORMATS
+from painleve_sym.study.changes import read_inputs, read_phases
 from painleve_sym.study.settings import SETTINGS
 
 
@@ -86,6 +87,8 @@ _READ: dict[str, Reader] = {
     "int": read_count,
     "tuple[float, ...]": read_velocity,
     "tuple[str, ...]": read_names,
+    "tuple[Mapping[str, Any], ...]": read_phases,
+    "Mapping[str, Any]": read_inputs,
 }
 
 
@@ -179,7 +182,9 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
   parameters = { E = 209e9, e_energetic = 0.75 }
 
 Other keys: title, material, contact, close, contact_velocity, robot,
-initial_force, engine, rtol, max_steps, max_events, samples, restitution, rule.
+initial_force, engine, rtol, max_steps, max_events, samples, restitution, rule,
+phases, inputs: [[phases]] with time, parameters, law, contacts, and [inputs.F]
+with file (CSV), column, time, interpolation, or times and values.
 One file serves classify, simulate, jump and contrast; each takes the keys it
 needs.
 Options override the file, --state, --set and --law-set entry by entry; another

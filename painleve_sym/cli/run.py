@@ -34,6 +34,7 @@ from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.plain_data import plain_fields
 from painleve_sym.quantities import counted
+from painleve_sym.study.changes import inputs_text, phases_text
 from painleve_sym.study.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -253,6 +254,7 @@ def simulation_data(
         **plain_fields(trajectory, "mechanism", "law", "choices", "parameters"),
         **trajectory.to_dict(),
         "rtol": trajectory.rtol,
+        **{n: v for n, v in trajectory.inputs.items() if n in ("phases", "inputs")},
     }
     if scenario.samples is not None:
         data["samples"] = samples(trajectory, scenario.samples)
@@ -277,9 +279,13 @@ def samples(trajectory: Trajectory, count: int) -> dict[str, Any]:
 
 def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, str]) -> None:
     mechanism, law = scenario.mechanism(), scenario.contact_law()
-    own = {p.name for p in mechanism.outline.parameters}
-    values = trajectory.parameters
+    own = {p.name: p.input_of for p in mechanism.outline.parameters}
+    values = {n: v for n, v in trajectory.parameters.items() if own.get(n) not in scenario.inputs}
     show_case(mechanism, scenario, {k: v for k, v in values.items() if k in own})
+    if scenario.inputs:
+        show(f"inputs {inputs_text(scenario.inputs)}")
+    if scenario.phases:
+        show(f"phases {phases_text(scenario.phases)}")
     units = trajectory.names.units
     choices = "".join(f" ({name} {value})" for name, value in trajectory.choices.items())
     of_law = assignments({k: v for k, v in values.items() if k not in own}, units)

@@ -69,6 +69,8 @@ class BatchOptions(SharedArguments, total=False):
     maxima: Sequence[str]
     minima: Sequence[str]
     integrals: Sequence[str]
+    phases: Sequence[Phase] | None
+    inputs: Mapping[str, InputValues] | None
     at_events: Sequence[str]
 
 

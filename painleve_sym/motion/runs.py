@@ -133,10 +133,12 @@ def simulate(
         What changes at a known ``time``, s, and holds from then on: ``parameters``,
         ``law_parameters``, ``law``, ``contacts`` (the names of those that are present). The motion
         is that of pieces, each `Trajectory.continued` from the one before.
-    inputs : mapping of str to mapping, optional
+    inputs : mapping of str to (mapping or path), optional
         Values of an `Input` of the mechanism, or of a parameter, as a function of time: ``times``,
         s, ``values``, and ``interpolation``: ``held`` (by default), ``linear`` or ``cubic``, which
-        inputs alone have. Steps end at these times.
+        inputs alone have. Steps end at these times. In place of times and values, ``file`` is a CSV
+        file with the columns ``time``, by default t, and ``column``, by default the name of the
+        input, with units in their headers; ``csv`` says how it is written (`CsvFormat`).
     start : Trajectory, optional
         A motion of the same mechanism, in place of a state: this one begins at its end and its
         time, with its parameters, and under the same laws in its mode with its memory. Phases and
@@ -204,6 +206,8 @@ def simulate_batch(
         A coordinate for which gap = 0 is solved in every row, as `simulate` does.
     t_end, until, rtol, first_step, max_step, max_steps, max_events
         As for `simulate`; the same for every row.
+    phases, inputs
+        As for `simulate`, the same for every row, of parameters alone. Rows then run in Python.
     threads : int
         By default the processors this process may use.
     events : int

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,15 +12,18 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import LARGEST
+from painleve_sym.checks import LARGEST, text_of
 from painleve_sym.choices import Interpolation, chosen
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, received, refuse_unknown
-from painleve_sym.units import in_unit
+from painleve_sym.files import CsvFormat, CsvTable, file_path, read_csv
+from painleve_sym.units import factor, in_unit
 
 MAX_TIMES = 100_000
 """Of a signal: each is the beginning of a piece of a motion."""
-_KEYS = ("times", "values", "interpolation")
+_ARRAYS, _OF_FILE = ("times", "values"), ("file", "time", "column", "csv")
+_KEYS = (*_ARRAYS, "interpolation", *_OF_FILE)
+_HEADER = re.compile(r"(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?")
 _EXAMPLE = "{'times': [0, 1], 'values': [0, 2], 'interpolation': 'linear'}"
 
 
@@ -65,18 +70,31 @@ class Signal(Compared):
         return float(self.times[i]) if i < len(self.times) else math.inf
 
     @classmethod
-    def of(cls, where: str, given: Any, unit: str) -> Signal:
+    def of(cls, where: str, given: Any, name: str, unit: str) -> Signal:
         """Return the signal of plain data, its values in an SI unit.
 
-        InputError, with `where` in front, for anything but increasing times with a value each.
+        The name is that of the column of a file where none is given. InputError, with `where` in
+        front, for anything but increasing times with a value each.
         """
+        if isinstance(given, str | os.PathLike):
+            given = {"file": given}
         if not isinstance(given, Mapping):
             raise InputError(f"{where}: got {received(given)}, need a mapping such as {_EXAMPLE}.")
         for key in given:
             refuse_unknown("key", key, _KEYS, where)
         kind = chosen(Interpolation, given.get("interpolation", "held"), "interpolation", where)
-        times = _column(f"{where}: times", given.get("times"), "s")
-        values = _column(f"{where}: values", given.get("values"), unit)
+        arrays = [key for key in _ARRAYS if key in given]
+        of_file = [key for key in _OF_FILE if key in given]
+        if "file" in given and not arrays:
+            times, values = _of_file(where, given, name, unit)
+        elif of_file:
+            raise InputError(
+                f"{where}: got {' and '.join((*arrays, *of_file))}, need times and values, or the "
+                "file of a table. Fix: leave out the others."
+            )
+        else:
+            times = _column(f"{where}: times", given.get("times"), "s")
+            values = _column(f"{where}: values", given.get("values"), unit)
         if len(times) != len(values):
             raise InputError(
                 f"{where}: got {len(times)} times and {len(values)} values, need one for each."
@@ -88,6 +106,33 @@ class Signal(Compared):
             raise InputError(f"{where}: times: need each later than the one before.")
         plain = {"times": times.tolist(), "values": values.tolist(), "interpolation": str(kind)}
         return cls(plain, *_pieces(times, values, kind))
+
+
+def _of_file(where: str, given: Mapping[str, Any], name: str, unit: str) -> tuple[Array, Array]:
+    """Return times and values of two columns of a CSV file in SI units."""
+    table = read_csv(file_path(given["file"], where), where, CsvFormat.of(given.get("csv")))
+    wanted = (given.get("time", "t"), "s"), (given.get("column", name), unit)
+    times, values = (_cells(where, table, column, own) for column, own in wanted)
+    return times, values
+
+
+def _cells(where: str, table: CsvTable, column: Any, unit: str) -> Array:
+    """Return a column by its name, without a unit, or its place c1, c2, …, in an SI unit."""
+    heads = [_HEADER.fullmatch(cell) for cell in table.header]
+    names = [match[1] if match else "" for match in heads]
+    places = [f"c{k}" for k in range(1, len(names) + 1)]
+    refuse_unknown("column", text_of(column, f"{where}: column"), [*names, *places], where)
+    if names.count(column) > 1:
+        raise InputError(f"{where}: column {column!r} is there twice. Fix: write its place, c1.")
+    k = names.index(column) if column in names else places.index(column)
+    values, match = np.array(table.numbers(k, LARGEST)), heads[k]
+    if np.isnan(values).any():
+        line = table.lines[int(np.isnan(values).argmax())]
+        raise InputError(
+            f"{where}: line {line}, column {column}: got an empty cell, need a number."
+        )
+    own = (match[2] or match[3] or "").strip() if match else ""
+    return values * factor(own, unit, f"{where}: column {column}") if own else values
 
 
 def _column(where: str, given: Any, unit: str) -> Array:

@@ -22,7 +22,7 @@ from painleve_sym.engines.protocol import BEFORE, ENDLESS, RawRun, RunOptions, R
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, StopReason, received, refuse_unknown, unknown_name
 from painleve_sym.hooks import upper
-from painleve_sym.mechanics.declarations import ParameterSet
+from painleve_sym.mechanics.declarations import ParameterSet, with_fields
 from painleve_sym.mechanics.materials import MaterialsLike, two_materials
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
@@ -222,7 +222,14 @@ class Simulator(Compared, MechanismWithLaws):
     def stepped(self) -> Simulator:
         """The simulator with a parameter in place of each pulse of the formulas."""
         mechanism = self._without_pulses[0]
-        return self if mechanism is self.mechanism else Simulator(mechanism, self.law, self.engine)
+        if mechanism is self.mechanism:
+            return self
+        return with_fields(Simulator(mechanism, self.law, self.engine), whole=self)
+
+    @cached_property
+    def whole(self) -> Simulator:
+        """The simulator of which this one is `stepped`."""
+        return self
 
     @property
     def pulses(self) -> Mapping[str, Any]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Required, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
+
+from numpy.typing import ArrayLike
 
 from painleve_sym.checks import by_name, names_of, number
 from painleve_sym.choices import InterpolationLike
@@ -42,11 +44,20 @@ class Phase(TypedDict, total=False):
 
 
 class InputValues(TypedDict, total=False):
-    """Values of an input at given times; see `painleve_sym.simulate`."""
+    """Values of an input at given times, or the file of them; see `painleve_sym.simulate`.
 
-    times: Required[Sequence[Value]]
-    values: Required[Sequence[Value]]
+    The file is a CSV file with a column for the `time`, by default ``t``, and one for the values,
+    by default of the name of the input, each with its unit in its header: ``t [ms]``. `csv` says
+    how it is written (`CsvFormat`).
+    """
+
+    times: ArrayLike
+    values: ArrayLike
     interpolation: InterpolationLike
+    file: str
+    time: str
+    column: str
+    csv: Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +90,7 @@ class Timetable(Compared):
         InputError for unknown names, times out of order, and values out of range.
         """
         before = before or cls()
-        own = before.phases if phases is None else tuple(_phases(simulator.where, phases))
+        own = before.phases if phases is None else tuple(checked_phases(simulator.where, phases))
         signals = {**before.signals, **_signals(simulator, inputs)}
         return cls(own, signals, simulator.pulses, before.ahead)
 
@@ -158,7 +169,7 @@ class Timetable(Compared):
                 )
 
 
-def _phases(where: str, given: Any) -> list[dict[str, Any]]:
+def checked_phases(where: str, given: Any) -> list[dict[str, Any]]:
     """Return phases with their times in s, in order."""
     if isinstance(given, Mapping | str) or not isinstance(given, Sequence):
         raise InputError(f"{where}: phases: got {received(given)}, need a list of {_EXAMPLE}.")
@@ -195,7 +206,7 @@ def _signals(simulator: Simulator, given: Any) -> dict[str, Signal]:
     for name, values in named.items():
         refuse_unknown("input or parameter", name, declared, where)
         here, parameter = f"{where}: {name}", declared[name]
-        signal = Signal.of(here, values, parameter.unit)
+        signal = Signal.of(here, values, name, parameter.unit)
         order = orders.get(name, 0)
         if signal.order > order:
             raise InputError(

@@ -33,6 +33,7 @@ from painleve_sym.present.page import (
 from painleve_sym.present.style import event_label, svg_text
 from painleve_sym.quantities import counted, quantity
 from painleve_sym.references import Reference, citation
+from painleve_sym.study.changes import inputs_text, phases_text
 from painleve_sym.study.scenario import Scenario
 from painleve_sym.study.settings import SETTINGS
 from painleve_sym.tables import Html
@@ -81,6 +82,8 @@ def scenario_command(scenario: Scenario) -> str:
         value = getattr(case, name)
         if setting.group in ("", "jump") or value == getattr(usual, name):
             continue
+        if name in ("phases", "inputs"):
+            value = phases_text(value) if name == "phases" else inputs_text(value)
         if isinstance(value, Mapping):
             value = tuple(f"{k}={v}" for k, v in value.items())
         text = ",".join(value) if isinstance(value, tuple) else str(value)

@@ -36,6 +36,7 @@ from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.mechanics.toml.lines import TomlLines, toml_lines
 from painleve_sym.motion.rigidity import body_periods, rigidity_notices
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.timetable import checked_phases
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.settings import SETTINGS, CaseSettings, Setting
 
@@ -135,7 +136,15 @@ class Scenario(CaseSettings):
         if given.get("law", self.law) != self.law:
             old = self._with(law_parameters={}, law_choices={})
         merged = dict(given)
-        for name in ("state", "parameters", "law_parameters", "law_choices", "robot", "csv"):
+        for name in (
+            "state",
+            "parameters",
+            "law_parameters",
+            "law_choices",
+            "robot",
+            "csv",
+            "inputs",
+        ):
             if name in given:
                 merged[name] = {**(getattr(old, name) or {}), **given[name]}
         return old._with(**merged)
@@ -283,10 +292,24 @@ class Scenario(CaseSettings):
             raise InputError(f"{self.where}: samples: got {self.samples}, need 2 to {MAX_SAMPLES}.")
         chosen(EngineName, self.engine, "engine", self.where)
         simulator = Simulator(place.mechanism, contact_law, self.engine)
+        if self.phases or self.inputs or place.mechanism.outline.pulsed:
+            return self._in_pieces(simulator, place)
         whole = simulator.with_laws(place, self.law_parameters, self.material)
         start = simulator.start(whole, self.initial_force, self.material)
         simulator, start = simulator.moving(start)
         return simulator.follow(start, settings)
+
+    def _in_pieces(self, simulator: Simulator, place: Place) -> Trajectory:
+        """Return the motion with what changes at known times."""
+        given: dict[str, Any] = {
+            "parameters": place.parameters,
+            "law_parameters": self.law_parameters,
+            "material": self.material,
+            "initial_force": self.initial_force,
+            "phases": self.phases,
+            "inputs": self.inputs,
+        }
+        return simulator.run(place.state, **given, **self.of_run)
 
     def jump(self) -> JumpResult | TangentialImpact:
         """Return the velocity jump at the state, which must be on the surface."""
@@ -532,6 +555,10 @@ def _read_names(faults: Faults, mechanism: Mechanism, values: dict[str, Any]) ->
                 given[name] = number(value, at, where=faults.where, unit=declared[name].unit)
                 if fault := declared[name].fault(given[name]):
                     raise InputError(fault)
+    known = [*own, *(p.name for p in of_law or ())]
+    for name in values.get("inputs", {}):
+        with faults.at("inputs", name):
+            refuse_unknown("input or parameter", name, known)
     if "contact" in values and not is_robot_file(values["model"]):
         with faults.at("contact"):
             mechanism.only(values["contact"])
@@ -578,7 +605,24 @@ def _reader(of: Setting) -> Reader:
     return _value(of.unit, **of.bounds) if of.type == "float" else _OF_TYPE[of.type]
 
 
-_OWN = {"model": _read_model, "law": _read_law, "robot": _read_robot, "csv": _read_csv}
+def _read_phases(faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    return {key: tuple(checked_phases(faults.where, value))}
+
+
+def _read_inputs(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise _wrong(key, value, 'a table of inputs, such as [inputs] with F = "record.csv"')
+    return {key: dict(value)}
+
+
+_OWN = {
+    "model": _read_model,
+    "law": _read_law,
+    "robot": _read_robot,
+    "csv": _read_csv,
+    "phases": _read_phases,
+    "inputs": _read_inputs,
+}
 _READERS = {
     name: _OWN.get(name) or _reader(of)
     for name, of in SETTINGS.items()

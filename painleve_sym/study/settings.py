@@ -72,6 +72,18 @@ class CaseSettings:
     initial_force: float | None = _of(
         "motion", "N: start compressed so that the contact carries this force, N", unit="N", lower=0
     )
+    phases: tuple[Mapping[str, Any], ...] = _of(
+        "motion",
+        "TIME:NAME=VALUE,...;...: from these times on, s, other parameters (or law=NAME,"
+        " contacts=A+B)",
+        (),
+    )
+    inputs: Mapping[str, Any] = _of(
+        "motion",
+        "NAME=FILE,...: inputs or parameters as functions of time, from CSV files; held,"
+        " or FILE:linear, FILE:cubic",
+        dict,
+    )
     rtol: float | None = _of("motion", "X: relative tolerance, from 1e-15 up to 1")
     max_steps: int | None = _of("motion", "N: stop after N steps, by default 1e6")
     max_events: int | None = _of("motion", "N: stop after N events, by default 1e5")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +12,10 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import painleve_sym as ps
+from painleve_sym.cli import main
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.study.scenario import Scenario
 
 SLIDING = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 FALLING = {"y_A": 0.1, "theta": 0.9}
@@ -210,3 +215,110 @@ def test_what_cannot_change_is_one_sentence(block, given, message):
     with pytest.raises(ps.InputError) as error:
         block.run({"x_dot": 1.0}, t_end=1.0, **given)
     assert message in str(error.value) and "\n" not in str(error.value)
+
+
+RECORD = "t [ms], F [kN]\n0, 0\n100, 0.02\n400, -0.01\n1000, 0\n"
+BY_LINES = {"times": [0, 0.1, 0.4, 1.0], "values": [0, 20, -10, 0], "interpolation": "linear"}
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Return the folder of a mechanism, a record and a scenario."""
+    (tmp_path / "block.toml").write_text(BLOCK)
+    (tmp_path / "record.csv").write_text(RECORD)
+    (tmp_path / "case.toml").write_text(
+        f"""
+model = "{tmp_path}/block.toml"
+law = "rigid"
+t_end = 0.9
+state = {{ x_dot = 5 }}
+[[phases]]
+time = "500 ms"
+parameters = {{ mu = 0.1 }}
+[inputs.F]
+file = "{tmp_path}/record.csv"
+interpolation = "linear"
+"""
+    )
+    return tmp_path
+
+
+def of_python(block, **given):
+    phases = [{"time": 0.5, "parameters": {"mu": 0.1}}]
+    return block.run({"x_dot": 5.0}, t_end=0.9, phases=phases, inputs={"F": BY_LINES}, **given)
+
+
+def test_a_scenario_a_command_and_a_file_of_data_give_the_same_motion(block, files, capsys):
+    known = of_python(block)
+    of_file = Scenario.read(files / "case.toml").simulate()
+    assert of_file.final == known.final and of_file.inputs["inputs"] == known.inputs["inputs"]
+    words = ["simulate", str(files / "block.toml"), "--law", "rigid", "--state", "x_dot=5"]
+    words += ["--t-end", "0.9", "--phases", "500 ms:mu=0.1", "--json"]
+    assert main([*words, "--inputs", f"F={files}/record.csv:linear"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["final"]["state"] == known.final
+    assert data["phases"] == [{"time": 0.5, "parameters": {"mu": 0.1}}]
+    assert data["inputs"]["F"]["values"] == pytest.approx([0, 20, -10, 0])
+    assert main(["simulate", str(files / "case.toml")]) == 0
+    out = capsys.readouterr().out
+    assert "phases 0.5:mu=0.1" in out and "record.csv:linear" in out and "F_t0" not in out
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "got no rows"),
+        ("t [s],F [N]\n", "got 0 times"),
+        ("t [s],F [m]\n0,1\n1,1\n", "need [N]"),
+        ("t [s],G [N]\n0,1\n1,1\n", "unknown column 'F'"),
+        ("t [s],F [N]\n0,1\n1\n", "line 3: got 1 cells, need 2"),
+        ("t [s],F [N]\n0,1\n1,\n", "line 3, column F"),
+        ("t [s],F [N]\n0,1\n1,inf\n", "line 3, column F"),
+        ("t [s],F [N]\n1,1\n0,1\n", "later than the one before"),
+        ("t [s],F [N],F [kN]\n0,1,1\n1,2,1\n", "there twice"),
+        ("t [s],F [N]\n" + "".join(f"{k},1\n" for k in range(100_002)), "need 2 to 100000"),
+    ],
+)
+def test_a_file_that_has_no_input_is_one_sentence(block, tmp_path, text, message):
+    (tmp_path / "record.csv").write_text(text)
+    given = {"F": {"file": str(tmp_path / "record.csv"), "interpolation": "linear"}}
+    with pytest.raises(ps.InputError) as error:
+        block.run({"x_dot": 1.0}, t_end=0.5, inputs=given)
+    assert message in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_file_may_have_its_columns_by_place(block, tmp_path):
+    text = "a line to skip\n0;0,0;1\n100;20,0;2\n400;-10,0;3\n1000;0,0;4\n"
+    (tmp_path / "record.csv").write_text(text)
+    form = {"skip": 1, "separator": ";", "decimal": ","}
+    table = {"file": str(tmp_path / "record.csv"), "time": "c1", "column": "c2", "csv": form}
+    known = {"times": [0, 100, 400, 1000], "values": [0, 20, -10, 0]}
+    runs = [block.run({"x_dot": 9.0}, t_end=0.9, inputs={"F": v}) for v in (table, known)]
+    assert runs[0].final == runs[1].final
+
+
+def test_rows_of_a_batch_are_single_motions(block):
+    given = {"phases": [{"time": 0.5, "parameters": {"mu": 0.1}}], "inputs": {"F": BY_LINES}}
+    start = {"x_dot": [4.0, 5.0, 6.0]}
+    batch = run_batch(block, start, {"m": 2.0}, t_end=0.9, **given)
+    assert batch["x"][1] == of_python(block).final["x"]
+    assert batch.trajectory(1) == of_python(block)
+    assert (
+        batch["count_of_touchdown"].tolist() == [0, 0, 0] and max(batch["energy_residual"]) < 1e-9
+    )
+    for fault, message in (
+        ({"phases": [{"time": 0.5, "law": "hertz"}]}, "got another law or contacts"),
+        ({**given, "maxima": ("normal_force",)}, "extremes and integrals need"),
+        ({"inputs": {"Q": BY_LINES}}, "unknown input or parameter 'Q'"),
+    ):
+        with pytest.raises(ps.InputError, match=message):
+            run_batch(block, start, t_end=0.9, **fault)
+
+
+def test_a_sweep_has_phases_and_inputs(block, files):
+    text = (files / "case.toml").read_text() + "\n[axes]\nm = [2.0, 3.0]\n"
+    (files / "sweep.toml").write_text(text)
+    out = files / "sweep.npz"
+    assert main(["sweep", str(files / "sweep.toml"), "--out", str(out)]) == 0
+    known = [of_python(block, parameters={"m": m}).final["x_dot"] for m in (2.0, 3.0)]
+    assert np.load(out)["x_dot"].tolist() == known

@@ -17,6 +17,7 @@ import painleve_sym as ps
 from painleve_sym.mechanics import TIME, pulse, square
 from painleve_sym.mechanics.pulses import Edges
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.motion.batch.run import run_batch
 
 BETWEEN_STOPS = """
 name = "mass-between-stops"
@@ -207,3 +208,12 @@ def test_what_does_not_cut_a_motion_says_so(waved):
     with pytest.raises(ps.InputError, match="its formulas have pulses"):
         waved.sensitivities({}, ["F"], t_end=1.0)
     assert waved.casadi("motion").states  # equations are those of each time
+
+
+def test_rows_of_a_batch_have_edges_of_their_own(waved):
+    periods = [3.0, 4.0]
+    batch = run_batch(waved, {"x": 0.0}, {"T": periods}, t_end=9.5)
+    runs = [waved.run({}, t_end=9.5, parameters={"T": T}) for T in periods]
+    assert batch["x_dot"].tolist() == [run.final["x_dot"] for run in runs]
+    assert batch["count_of_impact"].tolist() == [len(run.events_of("impact")) for run in runs]
+    assert batch.trajectory(0) == runs[0]

@@ -1,5 +1,7 @@
 """Settings of a case, each said once: a file and the command line give the same."""
 
+import shlex
+
 import pytest
 
 from painleve_sym.cli.case import read_case
@@ -20,6 +22,8 @@ GIVEN = {
     "t_end": 0.5,
     "until": ["separation", "liftoff"],
     "initial_force": 3.0,
+    "phases": [{"time": 0.5, "parameters": {"mu": 0.2, "g": 5.0}}, {"time": 0.7, "law": "hertz"}],
+    "inputs": {"mu": {"file": "record.csv"}, "g": {"file": "g.csv", "interpolation": "held"}},
     "rtol": 1e-9,
     "max_steps": 7,
     "max_events": 5,
@@ -32,14 +36,18 @@ GIVEN = {
 OF_RUNS = [n for n in GIVEN if SETTINGS[n].group in ("case", "law", "motion", "run")]
 
 
-def option_text(value):
+def option_text(value, name=""):
+    if name == "phases":
+        return "0.5:mu=0.2,g=5.0;0.7:law=hertz"
+    if name == "inputs":
+        return "mu=record.csv,g=g.csv:held"
     if isinstance(value, dict):
         return ",".join(f"{n}={v}" for n, v in value.items())
     return ",".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
 def of_command_line(command, name):
-    words = [command, "rod", SETTINGS[name].option, option_text(GIVEN[name])]
+    words = [command, "rod", SETTINGS[name].option, option_text(GIVEN[name], name)]
     extra = ["--law", "hertz"] if name == "material" else []
     return read_case(read_arguments([*words, *extra]))
 
@@ -60,8 +68,9 @@ def test_file_and_option_give_the_same_field(name):
 @pytest.mark.parametrize("name", OF_RUNS)
 def test_the_command_of_a_scenario_says_each_setting_that_is_given(name):
     scenario = Scenario.from_data({"model": "rod", name: GIVEN[name]})
-    words = scenario_command(scenario).split()
-    assert words == ["painleve", "simulate", "rod", SETTINGS[name].option, option_text(GIVEN[name])]
+    words = shlex.split(scenario_command(scenario))
+    text = option_text(GIVEN[name], name)
+    assert words == ["painleve", "simulate", "rod", SETTINGS[name].option, text]
 
 
 def test_settings_of_a_motion_that_are_given_go_to_the_run():

@@ -15,7 +15,5 @@ def integers(ranges: Sequence[range]) -> st.SearchStrategy[list[int]]:
     """
     count = len(ranges)
     return st.binary(min_size=count, max_size=count).map(
-        lambda drawn: [
-            r[(byte - r.start) % len(r)] for r, byte in zip(ranges, drawn, strict=True)
-        ]
+        lambda drawn: [r[(byte - r.start) % len(r)] for r, byte in zip(ranges, drawn, strict=True)]
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array, table_library
 from painleve_sym.automata.signature import mode_name
 from painleve_sym.checks import names_of, text_of
-from painleve_sym.choices import Record
+from painleve_sym.choices import Record, RecordLike
 from painleve_sym.engines.batch import COUNTERS, AtEvents, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.equality import Compared
@@ -68,6 +68,8 @@ class BatchResult(Compared):
     kept : BatchOutputs
     rows : BatchRows
         All that was kept, one row per motion, in C order of `shape`.
+    changes : dict of str to object or None
+        Phases and inputs, which all rows shared, as plain data; None where nothing changes.
 
     Examples
     --------
@@ -85,6 +87,7 @@ class BatchResult(Compared):
     options: RunOptions
     kept: BatchOutputs
     rows: BatchRows
+    changes: Mapping[str, Any] | None = None
 
     @property
     def source(self) -> str:
@@ -181,7 +184,7 @@ class BatchResult(Compared):
         row = {n: float(np.broadcast_to(a, self.shape)[index]) for n, a in self.inputs.items()}
         given = self.initial_force
         force = None if given is None else float(np.broadcast_to(given, self.shape)[index])
-        return run_row(self.simulator, row, self.options, Record.DENSE, force)
+        return run_row(self.simulator, row, self.options, Record.DENSE, force, self.changes)
 
     def units(self, name: str) -> str:
         """Return the SI unit of a quantity; "1" where it has none."""
@@ -322,10 +325,16 @@ def event_dims(name: str) -> tuple[str, ...]:
 
 
 def run_row(
-    simulator: Simulator, row: dict[str, float], o: RunOptions, record: Record, force: float | None
+    simulator: Simulator,
+    row: dict[str, float],
+    o: RunOptions,
+    record: RecordLike,
+    force: float | None,
+    changes: Mapping[str, Any] | None = None,
 ) -> Trajectory:
-    """Return the single run of a row's states and parameters."""
+    """Return the single run of a row's states and parameters, with phases and inputs."""
+    simulator = simulator.whole
     states = {n: row[n] for n in simulator.mechanism.state_names}
     others = {n: v for n, v in row.items() if n not in states}
-    settings = o.arguments(atol=None, record=record)
+    settings = {**o.arguments(atol=None, record=record), **(changes or {})}
     return simulator.run(states, parameters=others, initial_force=force, **settings)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ from painleve_sym.checks import StateLike
 from painleve_sym.choices import Record
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
-from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.engines.protocol import RunOptions, RunSettings
 from painleve_sym.errors import InputError
 from painleve_sym.motion.arguments import BatchArguments, BatchOptions, separated
 from painleve_sym.motion.batch.inputs import BLOCK, RUNS, BatchInputs, Starts
@@ -28,6 +28,7 @@ from painleve_sym.motion.energy_balance import balance_residual
 from painleve_sym.motion.locate_limit import jams
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.timetable import Timetable
 from painleve_sym.motion.trajectory import Trajectory
 
 LEAST_BLOCK = 64
@@ -58,6 +59,9 @@ def run_batch(
     given = simulator.given(parameters, others.get("law_parameters"))
     force, close = others.get("initial_force"), others.get("close")
     rows = BatchInputs.of(simulator, states, given, force, close)
+    timetable = Timetable.of(simulator, others.get("phases"), others.get("inputs"))
+    if timetable:
+        return _in_pieces(rows, timetable, settings, kept)
     # Most inputs are single numbers, of which Python asks ten times as fast as NumPy.
     zeros = (n for n, v in rows.inputs.items() if not (v.any() if v.ndim else float(v)))
     moving = simulator.without_slip(rows.row(0), zeros)
@@ -82,6 +86,40 @@ def run_batch(
         options=shared,
         kept=kept,
         rows=ends,
+    )
+
+
+def _in_pieces(
+    rows: BatchInputs, timetable: Timetable, settings: RunSettings, kept: BatchOutputs
+) -> BatchResult:
+    """Return the ends of runs with phases, inputs or pulses, row after row in Python."""
+    simulator = rows.simulator.stepped
+    where = f"batch of {simulator.where}"
+    if any(name in phase for phase in timetable.phases for name in ("law", "contacts")):
+        raise InputError(
+            f"{where}: phases: got another law or contacts, need parameters alone, so that all "
+            "rows keep the same states. Fix: run such motions one by one with simulate."
+        )
+    if kept.watched:
+        raise InputError(
+            f"{where}: {kept.watched[0]}: extremes and integrals need motions without phases, "
+            "inputs and pulses. Fix: leave them out, or take them from single runs."
+        )
+    own = {n: rows.inputs.get(n, np.array(0.0)) for n in simulator.units}
+    shared = simulator.options(
+        np.zeros(len(simulator.outline.state_names)), replace(settings, record=Record.EVENTS)
+    )
+    changes = timetable.to_data()
+    batch = _Batch(replace(rows, simulator=simulator, inputs=own), shared, kept)
+    return BatchResult(
+        simulator=simulator,
+        shape=rows.shape,
+        inputs=rows.inputs,
+        initial_force=rows.force,
+        options=shared,
+        kept=kept,
+        rows=batch.one_by_one(rows.row, changes),
+        changes=changes,
     )
 
 
@@ -118,8 +156,16 @@ class _Batch:
         """Return uninitialised ends of as many rows."""
         return BatchRows.empty(count, self.rows.simulator.outline, self.kept)
 
-    def one_by_one(self) -> BatchRows:
-        """Return the ends of single runs in Python, where no compiled batch serves the engine."""
+    def one_by_one(
+        self,
+        given: Callable[[int], dict[str, float]] | None = None,
+        changes: Mapping[str, Any] | None = None,
+    ) -> BatchRows:
+        """Return the ends of single runs in Python, where no compiled batch serves them.
+
+        `given` returns the states and parameters of a row where they are not those of `rows`,
+        `changes` are phases and inputs.
+        """
         rows, simulator = self.rows, self.rows.simulator
         ends = self.empty(rows.count)
         for first, stop in _spans(rows.count, 1):
@@ -130,7 +176,9 @@ class _Batch:
                     end.fill_unmoved(np.array([True]), block.states[i - first][None], refusal)
                     continue
                 force = None if rows.force is None else float(rows.part(rows.force, i, i + 1)[0])
-                run = run_row(simulator, rows.row(i), self.options, Record.DENSE, force)
+                row = (given or rows.row)(i)
+                record = Record.DENSE if changes is None else Record.EVENTS
+                run = run_row(simulator, row, self.options, record, force, changes)
                 _fill(end, run, simulator.outline.kinds, self.kept)
                 end.energy_residual[:] = _residual_of_ends(run)
         return ends
@@ -176,10 +224,11 @@ class _Batch:
 
 def _residual_of_ends(run: Trajectory) -> float:
     """Return `BatchRows.energy_residual` of a run."""
+    record = run.record
+    if not isinstance(record, RunRecord):
+        return run.energy_residual
     if not len(run.step_time):
         return float("nan")
-    record = run.record
-    assert isinstance(record, RunRecord)
     terms = run.energies([run.step_time[0], run.final_time])
     del terms["total"]
     scale = record.start.scale[run.state_names.index(LOSSES[0])]
@@ -187,8 +236,10 @@ def _residual_of_ends(run: Trajectory) -> float:
 
 
 def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], kept: BatchOutputs) -> None:
-    row.time[:], row.state[0], row.memory[0] = run.final_time, run.final_state, run.final_memory
-    row.mode[:], row.transition[:] = run.final_mode, -1
+    row.time[:], row.state[0], row.transition[:] = run.final_time, run.final_state, -1
+    # A motion in pieces remembers one thing more.
+    row.memory[0] = run.final_memory[: row.memory.shape[1]]
+    row.mode[:] = run.record.engine_mode
     row.reason[:] = ROW_REASONS.index(run.stop_reason)
     row.counters[0] = [run.counters.get(name, 0) for name in COUNTERS]
     row.event_times[:] = np.nan

@@ -31,6 +31,7 @@ from painleve_sym.errors import CompilerMissing, InputError, PainleveError, Pain
 from painleve_sym.files import no_link, write_beside
 from painleve_sym.motion.energy_balance import batch_notices, open_from
 from painleve_sym.motion.pressed_start import batch_past_notices
+from painleve_sym.motion.timetable import Timetable
 from painleve_sym.study.sweeps.sweep import FORMATS, Columns, Sweep
 from painleve_sym.version import __version__
 
@@ -67,7 +68,7 @@ def attributes(sweep: Sweep) -> dict[str, str]:
 
     The provenance decides the numbers: versions, compiler, flags, cache key of the engine.
     """
-    engine = sweep.simulator.integrator
+    engine = sweep.simulator.stepped.integrator
     versions = {
         "painleve_sym": __version__,
         "python": ".".join(map(str, sys.version_info[:3])),
@@ -89,6 +90,11 @@ def attributes(sweep: Sweep) -> dict[str, str]:
         "law": sweep.simulator.label,
         "law_choices": json.dumps(dict(sweep.simulator.choices)),
     }
+    if sweep.scenario.inputs:
+        # Files may change while the sweep does not.
+        own["inputs"] = json.dumps(
+            Timetable.of(sweep.simulator, (), sweep.scenario.inputs).to_data()
+        )
     return own | {f"{_PROVENANCE}{k}": v for k, v in versions.items()}
 
 

@@ -186,7 +186,7 @@ class Sweep:
     def kept(self) -> tuple[str, ...]:
         """Everything that is written of a point, besides the point itself."""
         named = ["stop_reason", "energy_residual"]
-        for name in self.keep or ("time", *self.mechanism.state_names):
+        for name in self.keep or ("time", *self.simulator.stepped.mechanism.state_names):
             named.append(name)
             if at := AtEvents.of(name):
                 named.append(f"count_of_{at.kind}")
@@ -197,7 +197,7 @@ class Sweep:
     def labels(self, name: str) -> dict[str, NDArray[Any]]:
         """Return the dimensions of a quantity besides those of the points, with their labels."""
         return {
-            dim: np.array(self.simulator.outline.kinds)
+            dim: np.array(self.simulator.stepped.outline.kinds)
             if dim == "event"
             else np.arange(1, self.events + 1)
             for dim in event_dims(name)
@@ -266,7 +266,7 @@ class Sweep:
             Input that `run_batch` rejects, unknown names to keep, no memory for a chunk.
         """
         chunk = min(self.chunk, self.space.points)
-        need = 2 * chunk * row_bytes(self.simulator, self.batch_outputs)
+        need = 2 * chunk * row_bytes(self.simulator.stepped, self.batch_outputs)
         size, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
         check_memory(self.scenario.where, size, need, fix)
         with _placed(self.scenario.where):
@@ -303,6 +303,7 @@ class Sweep:
         scenario, varied = self.scenario, self.space.values(start, stop)
         states, parameters, force = self._given(varied)
         kept: dict[str, Any] = {**scenario.settings.shared(), **vars(self.batch_outputs)}
+        kept |= {"phases": scenario.phases or None, "inputs": scenario.inputs or None}
         ends = run_batch(
             self.simulator,
             states,
@@ -357,7 +358,7 @@ class Sweep:
         if name == "stop_reason":
             return {r.label: i for i, r in enumerate(ROW_REASONS)}
         if name == "mode":
-            return {m.name: i for i, m in enumerate(self.simulator.outline.modes)}
+            return {m.name: i for i, m in enumerate(self.simulator.stepped.outline.modes)}
         return dict(CASES) if name == "case" else None
 
     def unit(self, name: str) -> str:
