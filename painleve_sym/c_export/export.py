@@ -145,6 +145,11 @@ def export_scenario(
     scenario: Scenario, folder: str | Path, name: str | None = None, inputs: Sequence[str] = ()
 ) -> Export:
     """Write the C code of a scenario; see `export_c`."""
+    if scenario.phases or scenario.inputs:
+        raise InputError(
+            "export: got phases or inputs, and the code runs with the same parameters from start "
+            "to end. Fix: leave them out, and continue in C from each of these times with others."
+        )
     return export_c(
         scenario.mechanism(),
         scenario.contact_law(),

@@ -494,6 +494,8 @@ command(
         "--max-evaluations N", "of the model, after which the fit ends, by default 200", read_count
     ),
     setting("max_steps", "of one motion, by default 50 000"),
+    setting("phases"),
+    setting("inputs"),
     text("--out FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
     *look(),
     JSON,

@@ -50,6 +50,8 @@ def fit(arguments: argparse.Namespace) -> int:
         until=scenario.until or (),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,
         sigma=sigma,
+        phases=scenario.phases,
+        inputs=scenario.inputs,
         **limits,
     )
     fit_result = problem.solve()

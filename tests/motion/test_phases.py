@@ -322,3 +322,23 @@ def test_a_sweep_has_phases_and_inputs(block, files):
     assert main(["sweep", str(files / "sweep.toml"), "--out", str(out)]) == 0
     known = [of_python(block, parameters={"m": m}).final["x_dot"] for m in (2.0, 3.0)]
     assert np.load(out)["x_dot"].tolist() == known
+
+
+def test_a_fit_of_motions_with_inputs_gives_back_what_made_them(block, files):
+    run = of_python(block, parameters={"m": 2.5, "mu": 0.27})
+    times = np.linspace(0.05, 0.9, 18)
+    data = {"t": times, "x": run.values("x", times)}
+    phases = [{"time": 0.5, "parameters": {"mu": 0.1}}]
+    given = {"phases": phases, "inputs": {"F": BY_LINES}, "state": {"x_dot": 5.0}}
+    result = ps.fit(files / "block.toml", "rigid", data, ["m", "mu"], **given)
+    assert result.estimate == pytest.approx([2.5, 0.27], rel=1e-7)
+
+
+def test_a_fit_of_rows_has_inputs_too(block, files):
+    times, values = [0, 0.2], [1.0, -2.0]
+    given = {"inputs": {"F": {"times": times, "values": values}}, "until": "slip_stop"}
+    speeds = [1.0, 2.0, 3.0, 1.5]
+    runs = [block.run({"x_dot": v}, t_end=5.0, parameters={"mu": 0.25}, **given) for v in speeds]
+    data = {"start x_dot": speeds, "end x": [run.final["x"] for run in runs]}
+    result = ps.fit(files / "block.toml", "rigid", data, ["mu"], t_end=5.0, **given)
+    assert result.estimate == pytest.approx([0.25], rel=1e-6)

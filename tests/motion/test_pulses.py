@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -217,3 +218,52 @@ def test_rows_of_a_batch_have_edges_of_their_own(waved):
     assert batch["x_dot"].tolist() == [run.final["x_dot"] for run in runs]
     assert batch["count_of_impact"].tolist() == [len(run.events_of("impact")) for run in runs]
     assert batch.trajectory(0) == runs[0]
+
+
+BLOCK = Path(__file__).parents[2] / "examples" / "mechanisms" / "block-under-a-pulse.toml"
+B, H, OMEGA, GRAVITY = 0.1, 0.5, 12.0, 9.8
+
+
+def rocking_by_scipy(a, t_end, most):
+    """Return impacts and whether the block overturns, by Housner (1963) and SciPy in pieces."""
+    alpha, period = math.atan2(B, H), 2 * math.pi / OMEGA
+    p2, kept = 0.75 * GRAVITY / math.hypot(B, H), 1 - 1.5 * math.sin(alpha) ** 2
+    t, side, state, hits = math.asin(GRAVITY * B / H / a) / OMEGA, 1, np.zeros(2), []
+    while t < t_end and len(hits) < most:
+        push = a / GRAVITY if t < period else 0.0
+
+        def rate(t, z, side=side, push=push):
+            lean = side * alpha - z[0]
+            return [z[1], p2 * (push * math.sin(OMEGA * t) * math.cos(lean) - math.sin(lean))]
+
+        def hit(_, z, side=side):
+            return side * z[0]
+
+        def lies(_, z):
+            return math.pi / 2 - abs(z[0])
+
+        hit.terminal, hit.direction, lies.terminal = True, -1, True
+        end = period if t < period else t_end
+        run = solve_ivp(rate, (t, end), state, "DOP853", events=[hit, lies], rtol=1e-11, atol=1e-13)
+        t, state = float(run.t[-1]), run.y[:, -1].copy()
+        if len(run.t_events[1]):
+            return np.array(hits), True
+        if run.status == 1:
+            hits.append((t, kept * state[1]))
+            state, side = np.array([0.0, kept * state[1]]), -side
+    return np.array(hits), False
+
+
+@pytest.mark.parametrize("a", [2.5, 4.5, 6.5, 7.5, 8.5])
+def test_a_block_under_a_pulse_rocks_and_overturns_as_housner_says(a):
+    run = ps.simulate(BLOCK, ps.laws.rigid(e=0.0), {}, t_end=3.0, parameters={"a": a})
+    known, overturns = rocking_by_scipy(a, 3.0, 4)
+    angle = np.abs(run.values("phi", run.sample(3000)))
+    assert bool((angle > math.pi / 2).any()) == overturns
+    upright = run.sample(3000)[np.argmax(angle > math.pi / 2)] if overturns else 3.0
+    hits = [e for e in run.events_of("impact") if e.time < upright][:4]
+    assert len(hits) == len(known)
+    for event, (time, rate) in zip(hits, known, strict=True):
+        assert event.time == pytest.approx(time, rel=1e-9)
+        assert event.state["phi_dot"] == pytest.approx(rate, rel=1e-8)
+    assert np.min(np.abs(run.t - 2 * math.pi / OMEGA)) < 1e-15

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,8 @@ from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.runs import simulator_of
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.timetable import InputValues, Phase
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.progress import Advance, progress
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.result import FitResult
@@ -43,6 +45,8 @@ REWEIGHTINGS = 12
 """Rounds in which unknown noise levels are estimated; they converge in three to five."""
 SETTLED = 1e-4
 """Relative change of the noise levels at which no further round is needed."""
+DIFFERENCE = 1e-4
+"""Relative change of an unknown for differences: slopes then hold five digits at `RTOL`."""
 RANK_TOLERANCE = 1e-7
 """Ratio of the singular values of the scaled Jacobian below which the data leave a combination of
 the parameters open: its error would be a million times that of the others."""
@@ -61,6 +65,7 @@ _ENDINGS = {
 class FitProblem(Compared):
     """Parameter estimation: the unknowns, the data and the model; see `fit` for the fields.
 
+    Motions with `phases`, `inputs` or pulses have differences in place of derivatives.
     No `sigma`, or an empty one, stands for standard deviations that are estimated, no `until` for
     the end of the impact by the law, `contact_ends`.
     """
@@ -76,6 +81,8 @@ class FitProblem(Compared):
     level: float = 0.95
     max_evaluations: int = MAX_EVALUATIONS
     max_steps: int = MAX_STEPS
+    phases: Sequence[Mapping[str, Any]] = ()
+    inputs: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         where, data = f"fit of {self.simulator.where}", self.data
@@ -114,11 +121,12 @@ class FitProblem(Compared):
     @cached_property
     def _ends_by(self) -> tuple[str, ...]:
         """Events that end each motion of a row."""
-        ends = self.until or contact_ends(self.simulator.outline.kinds)
+        kinds = self.simulator.stepped.outline.kinds
+        ends = self.until or contact_ends(kinds)
         if not ends:
             raise InputError(
                 f"fit of {self.simulator.where}: until: no contact of these laws separates. "
-                f"Fix: name one of the events {', '.join(map(str, self.simulator.outline.kinds))}."
+                f"Fix: name one of the events {', '.join(map(str, kinds))}."
             )
         return ends
 
@@ -126,12 +134,80 @@ class FitProblem(Compared):
 
     def predict(self, values: Array) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the model at all rows (n,) and its derivatives (n, k), by measured quantity."""
-        given = dict(zip(self.estimate, map(float, values), strict=True))
-        parameters = {**self.parameters, **{n: v for n, v in given.items() if n in self._declared}}
-        state = {**self.state, **{n: v for n, v in given.items() if n not in self._declared}}
+        if self.phases or self.inputs or self.simulator.pulses:
+            return self._by_differences(values)
+        state, parameters = self._start_of(values)
         if self.data.times is not None:
             return self._history(state, parameters)
         return self._ends(state, parameters)
+
+    def _start_of(self, values: Array) -> tuple[dict[str, float], dict[str, float]]:
+        """Return state and parameters with the unknowns."""
+        given = dict(zip(self.estimate, map(float, values), strict=True))
+        own = {n: v for n, v in given.items() if n in self._declared}
+        states = {n: v for n, v in given.items() if n not in self._declared}
+        return {**self.state, **states}, {**self.parameters, **own}
+
+    def _by_differences(self, values: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Return the model and its central differences, one-sided at the end of a range."""
+        model, low, high = self._model(values), *self._bounds(np.zeros(len(values), bool))
+        slopes = {n: np.empty((len(v), len(values))) for n, v in model.items()}
+        for j, value in enumerate(values):
+            step = DIFFERENCE * (abs(value) or 1.0)
+            ends = []
+            for sign in (1, -1):
+                moved = values.copy()
+                moved[j] = np.clip(value + sign * step, low[j], high[j])
+                ends.append((moved[j], self._model(moved)))
+            (after, later), (before, earlier) = ends
+            for n, column in slopes.items():
+                column[:, j] = (later[n] - earlier[n]) / (after - before)
+        return model, slopes
+
+    def _model(self, values: Array) -> dict[str, Array]:
+        """Return the measured quantities at all rows, of motions with what changes on the way."""
+        state, parameters = self._start_of(values)
+        common: dict[str, Any] = {"parameters": parameters, "rtol": RTOL}
+        common |= {"max_steps": self.max_steps, "phases": self.phases, "inputs": self.inputs}
+        times, names = self.data.times, self.data.measured
+        if times is not None:
+            run = self.simulator.run(state, t_end=self._history_end, **common)
+            self._check_history(run)
+            return {n: run.values(n, times) for n in names}
+        ends = []
+        for i in range(len(next(iter(names.values())))):
+            start = {**state, **{n: float(v[i]) for n, v in self.data.starts.items()}}
+            run = self.simulator.run(
+                start, t_end=self.t_end, until=self._ends_by, record="events", **common
+            )
+            self._check_end(run, i)
+            ends.append(run.final)
+        return {n: np.array([end[n] for end in ends]) for n in self._state_columns()}
+
+    @property
+    def _history_end(self) -> float:
+        """End of a history, s."""
+        assert self.data.times is not None
+        return float(self.data.times[-1]) * (1 + 1e-12) or 1e-12
+
+    def _check_history(self, run: Trajectory) -> None:
+        """Raise InputError where a motion ends before the last row."""
+        assert self.data.times is not None
+        last = float(self.data.times[-1])
+        if run.final_time < last:
+            raise InputError(
+                f"fit: the motion stops at t = {run.final_time:g} s ({run.stop_reason.label}), "
+                f"before the last row at {last:g} s. Fix: give other start values, or fewer rows."
+            )
+
+    def _check_end(self, run: Trajectory, row: int) -> None:
+        """Raise InputError where the motion of a row ends otherwise than by an event."""
+        if run.stop_reason is not StopReason.UNTIL:
+            raise InputError(
+                f"fit, row {row + 1}: the motion ends by {run.stop_reason.label} at t = "
+                f"{run.final_time:g} s, not at {' or '.join(self._ends_by)}. Fix: give another "
+                "event, a later end time or other start values."
+            )
 
     def _run(
         self, state: Mapping[str, float], parameters: Mapping[str, float], row: str, **options: Any
@@ -154,15 +230,9 @@ class FitProblem(Compared):
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         times = self.data.times
         assert times is not None
-        end = float(times[-1]) * (1 + 1e-12) or 1e-12
-        sensitivities = self._run(state, parameters, "history", t_end=end)
+        sensitivities = self._run(state, parameters, "history", t_end=self._history_end)
         run = sensitivities.trajectory
-        if run.final_time < times[-1]:
-            raise InputError(
-                f"fit: the motion stops at t = {run.final_time:g} s ({run.stop_reason.label}), "
-                f"before the last row at {float(times[-1]):g} s. Fix: give other start values, or "
-                "fewer rows."
-            )
+        self._check_history(run)
         names = self.data.measured
         return (
             {n: run.values(n, times) for n in names},
@@ -183,12 +253,7 @@ class FitProblem(Compared):
                 t_end=self.t_end, until=self._ends_by, record="events",
             )  # fmt: skip
             run = sensitivities.trajectory
-            if run.stop_reason is not StopReason.UNTIL:
-                raise InputError(
-                    f"fit, row {i + 1}: the motion ends by {run.stop_reason.label} at t = "
-                    f"{run.final_time:g} s, not at {' or '.join(self._ends_by)}. Fix: give another "
-                    "event, a later end time or other start values."
-                )
+            self._check_end(run, i)
             for n in names:
                 j = run.state_names.index(n)
                 values[n][i] = run.final_state[j]
@@ -197,7 +262,7 @@ class FitProblem(Compared):
 
     def _state_columns(self) -> Sequence[str]:
         names = tuple(self.data.measured)
-        known = [s.name for s in self.simulator.automaton.states]
+        known = [s.name for s in self.simulator.stepped.automaton.states]
         for n in names:
             refuse_unknown("state", n, known, f"{self.data.where}: end")
         return names
@@ -384,6 +449,8 @@ def fit(
     max_evaluations: int = MAX_EVALUATIONS,
     max_steps: int = MAX_STEPS,
     engine: EngineLike = EngineName.AUTO,
+    phases: Sequence[Phase] = (),
+    inputs: Mapping[str, InputValues] | None = None,
 ) -> FitResult:
     """Estimate parameters, or start values, from measured motions by least squares.
 
@@ -418,6 +485,8 @@ def fit(
     max_steps : int
         Of one motion.
     engine : EngineName or its text
+    phases, inputs
+        Of each motion, as for `painleve_sym.simulate`.
 
     Raises
     ------
@@ -458,6 +527,8 @@ def fit(
         level=level,
         max_evaluations=max_evaluations,
         max_steps=max_steps,
+        phases=phases,
+        inputs=inputs or {},
     ).solve()
 
 
