@@ -520,10 +520,15 @@ command(
     "export",
     "export the simulation as stand-alone C code",
     *CASE,
-    *MOTION,
+    *(option for option in MOTION if option.name not in ("--phases", "--inputs")),
     text("--out DIR", "folder to write, absent or empty", required=True),
     text("--name NAME", "prefix of the C names, by default the mechanism's name"),
-    text("--inputs NAMES", "parameters that a caller gives for each step: F,u", read_names),
+    text(
+        "--inputs NAMES",
+        "parameters that a caller gives for each step: F,u",
+        read_names,
+        dest="steps_inputs",
+    ),
     setting("engine", "auto (default), taylor or compiled"),
     JSON,
     details=(

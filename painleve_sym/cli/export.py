@@ -17,7 +17,7 @@ from painleve_sym.quantities import counted
 def export(arguments: argparse.Namespace) -> int:
     """Write the C code and print how to build it."""
     folder = output_folder("--out", arguments.out)
-    inputs = arguments.inputs or ()
+    inputs = arguments.steps_inputs or ()
     done = export_scenario(read_case(arguments), folder, arguments.name, inputs)
     if arguments.json:
         print_json(
