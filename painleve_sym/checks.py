@@ -250,6 +250,22 @@ def names_of(value: Any, where: str, example: str = "theta,mu") -> tuple[str, ..
     raise InputError(f"{where}: got {received(value)}, need names, such as {example!r}.")
 
 
+def split_outside_brackets(text: str) -> tuple[str, ...]:
+    """Return the parts of a text between commas that are not in brackets.
+
+    >>> split_outside_brackets("apex, strobe(0.1, 0.02)")
+    ('apex', 'strobe(0.1, 0.02)')
+    """
+    parts, depth = [""], 0
+    for letter in text:
+        depth += (letter == "(") - (letter == ")")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return tuple(part.strip() for part in parts)
+
+
 def spatial_mobility_faults(W: Sequence[Sequence[float]], *, definite: bool = False) -> list[str]:
     """Return a sentence where the mobility of a contact in space is not positive semidefinite.
 

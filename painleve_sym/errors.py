@@ -166,6 +166,10 @@ class EventKind(Explained):
     JAM = "jam", "the impulse of an impact has no end"
     FORCE_REVERSAL = "force_reversal", "the force of the guide changes its side"
     TANGENTIAL_IMPACT = "tangential_impact", "a guide that jams stops the slip at once"
+    APEX = "apex", "the rate of a gap or coordinate falls through zero, where it is watched"
+    PEAK = "peak", "a state or output that is watched has a maximum"
+    SECTION = "section", "a formula that is watched falls through zero"
+    STROBE = "strobe", "a period that is watched is over"
 
 
 class StopReason(Explained):

@@ -109,6 +109,11 @@ class Transition:
     strikes : bool
         Whether the contacts of `HybridAutomaton.impacts` have an impact there; its only choice
         names the mode that follows.
+    watches : bool
+        Whether it only looks at the motion: then it is not recorded at the start of a run, and does
+        not accumulate.
+    silent : bool
+        Whether it is never an event.
     """
 
     label: str
@@ -122,6 +127,8 @@ class Transition:
     on_accumulation: Accumulation | None = None
     chooses: bool = False
     strikes: bool = False
+    watches: bool = False
+    silent: bool = False
 
     def __repr__(self) -> str:
         """Return the label and the modes that may be entered in one line."""

@@ -26,7 +26,16 @@ class ContactDerivation(ContactModel):
         alone = None if self.several else ALONE.get(self.kinds[0])
         return (alone or PluralContacts)(self)
 
-    @property
+    @cached_property
     def automaton(self) -> HybridAutomaton:
         """The automaton, derived when first asked for."""
-        return self.builder.automaton
+        automaton = self.builder.automaton
+        if not self.watch:
+            return automaton
+        from painleve_sym.automata.watched import watched
+
+        gaps = {
+            c.name: row.gap
+            for c, row in zip(self.mechanism.contacts, self.builder.rows, strict=True)
+        }
+        return watched(automaton, self.watch, gaps)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+from painleve_sym.automata.watch import Watch
 from painleve_sym.choices import Friction, Policy
 from painleve_sym.errors import InputError
 from painleve_sym.laws.contact_kind import ContactKind
@@ -84,7 +85,8 @@ def _shared(law: RigidLaw) -> tuple[tuple[str, str], ...]:
 class ContactModel:
     """The contacts of a mechanism with their laws.
 
-    There is one law for all contacts, or one for each in the mechanism's order.
+    There is one law for all contacts, or one for each in the mechanism's order. Events of `watch`
+    change nothing.
 
     Raises
     ------
@@ -94,6 +96,7 @@ class ContactModel:
 
     mechanism: Mechanism
     laws: tuple[Law, ...]
+    watch: tuple[Watch, ...] = ()
 
     def __post_init__(self) -> None:
         _ = self.own_laws  # rejects names that the mechanism has, too
@@ -235,7 +238,8 @@ class ContactModel:
         """Everything the automaton is derived from, as one text."""
         laws = [f"{law.name} {dict(law.choices)}" for law in self.laws]
         own = [getattr(law, "definition", "") for law in self.laws]
-        return "\n".join((self.mechanism.definition, *laws, *own))
+        watch = [f"watch {w.label}" for w in self.watch]
+        return "\n".join((self.mechanism.definition, *laws, *own, *watch))
 
     @property
     def title(self) -> str:

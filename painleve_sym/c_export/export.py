@@ -63,6 +63,7 @@ def export_c(
     law_parameters: Mapping[str, Value] | None = None,
     initial_force: Value | None = None,
     engine: EngineLike = EngineName.AUTO,
+    watch: str | Sequence[str] = (),
     rtol: float = DEFAULT_RTOL,
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
@@ -87,6 +88,8 @@ def export_c(
         Of the example, as for `simulate`.
     engine : EngineName or its text
         Not ``erk``, which is not C.
+    watch : str or sequence of str
+        Events that the code records besides those of the contacts, as for `simulate`.
     inputs : sequence of str
         Parameters, such as loads, that ``NAME_simulate_from`` takes as an array of their own.
 
@@ -112,7 +115,7 @@ def export_c(
     target = empty_folder(file_path(folder, "export: folder"))
     if engine == EngineName.ERK:
         raise InputError("export: engine: got 'erk', need auto, taylor or compiled.")
-    simulator = simulator_of(mechanism, law, engine)
+    simulator = simulator_of(mechanism, law, engine, watch)
     own = simulator.mechanism.name
     prefix = _checked_name(c_name(own) if name is None else name, name is None)
     if t_end is None:
@@ -160,6 +163,7 @@ def export_scenario(
         law_parameters=scenario.law_parameters,
         initial_force=scenario.initial_force,
         engine=scenario.engine,
+        watch=scenario.watch,
         inputs=inputs,
         **scenario.of_run,
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from painleve_sym.checks import split_outside_brackets
 from painleve_sym.cli.options import (
     read_count,
     read_names,
@@ -86,6 +87,7 @@ JSON = flag("--json", "print JSON with full precision")
 _READ: dict[str, Reader] = {
     "int": read_count,
     "tuple[float, ...]": read_velocity,
+    "Sequence[str]": lambda _where, text: split_outside_brackets(text),
     "tuple[str, ...]": read_names,
     "tuple[Mapping[str, Any], ...]": read_phases,
     "Mapping[str, Any]": read_inputs,

@@ -25,7 +25,9 @@ def fit(arguments: argparse.Namespace) -> int:
     if arguments.estimate is None:
         raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
     scenario = read_case(arguments)
-    simulator = Simulator(scenario.mechanism(), scenario.contact_law(), scenario.engine)
+    simulator = Simulator(
+        scenario.mechanism(), scenario.contact_law(), scenario.engine, scenario.watch
+    )
     parameters = {**scenario.parameters, **scenario.law_parameters}
     form = {**scenario.csv, **_csv_options(arguments, scenario.csv)}
     constants = known_constants(simulator, parameters, arguments.estimate)

@@ -31,6 +31,7 @@ _UNARY: dict[type[sp.Basic], Callable[[Any], Any]] = {
     sp.log: ca.log,
     sp.Abs: ca.fabs,
     sp.sign: ca.sign,
+    sp.floor: ca.floor,
 }
 
 _CONDITIONS: dict[type[sp.Basic], Callable[[Any, Any], Any]] = {

@@ -90,7 +90,7 @@ class _Run:
 
     reason: StopReason | None = None
     stop_transition = -1
-    hit = False
+    hit = starting = False
     # The time since the start is t + t_base: t begins again at the limit of an accumulation.
     t_base, h_ref, limits = 0.0, 0.0, 0
 
@@ -114,7 +114,9 @@ class _Run:
     def loop(self) -> None:
         """Integrate until there is a reason to stop."""
         # What the start state makes happen at once is its choice of mode, or events where asked.
+        self.starting = self.options.start_mode < 0
         self.enter(visible=self.options.start_events)
+        self.starting = False
         while self.running():
             self.advance()
 
@@ -220,6 +222,8 @@ class _Run:
         Returns the guards of the new mode that are known to leave zero.
         """
         transition, before = self.modes[self.mode].transitions[j], self.mode
+        if transition.watches:
+            visible = not (transition.silent or self.starting)
         if visible and self.ends_before(transition.kind):
             self.reason, self.stop_transition = StopReason.UNTIL, j
             return ()
@@ -234,7 +238,7 @@ class _Run:
             self.reason, self.stop_transition = transition.stop, j
         if visible:
             self.note(transition.kind, before, j, transition.contact, x, z)
-            self.check_accumulation(before, j)
+            self.check_events() if transition.watches else self.check_accumulation(before, j)
         if transition.on_accumulation is not None:
             self.limit = before, j, self.t
         self.x, self.z = x, z
@@ -264,6 +268,10 @@ class _Run:
         history = self.history.setdefault((before, j), IntervalHistory())
         if self.reason is None and (self.at_once >= _CHAIN or history.accumulates(self.t)):
             self.reason = StopReason.ACCUMULATION
+        self.check_events()
+
+    def check_events(self) -> None:
+        """Stop where there are as many events as there may be."""
         if self.reason is None and self.counters["events"] >= self.options.max_events:
             self.reason = StopReason.EVENT_LIMIT
 

@@ -175,17 +175,18 @@ def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) ->
         places = functions.automaton.kinds.index(at.kind), functions.mode_index[at.target]
         limit = f"limit_{i}_{j}, {places[0]}, {places[1]}"
     head = f"event_{i}_{j}, {kind}, {contact}, {stop}, {int(t.chooses)}, {len(t.choices)}"
-    return f"{{{head}, {targets}, {departs}, {limit}}}"
+    return f"{{{head}, {targets}, {departs}, {limit}, {int(t.watches) + int(t.silent)}}}"
 
 
 def _tables(functions: AutomatonFunctions, has_given: bool) -> str:
     automaton = functions.automaton
     lines = [
         "#include <math.h>",
-        "/* Its n choices; where `limit`, what follows where it accumulates. */",
+        "/* Its n choices; where `limit`, what follows where it accumulates. `watching`: 1 for an",
+        " * event that only looks at the motion, 2 for one that is not recorded either. */",
         "typedef struct { ps_function event; int kind, contact, stop, chooses, n; "
         "int target[PS_NCHOICE]; ps_bits departs[PS_NCHOICE]; "
-        "ps_function limit; int limit_kind, limit_target; } ps_transition;",
+        "ps_function limit; int limit_kind, limit_target, watching; } ps_transition;",
         "/* n transitions with a guard; where `immediate`, one more that has none. */",
         "typedef struct { ps_function outputs, tests; const char *roles; "
         "int n, immediate, tested; ps_transition transitions[PS_NT]; } ps_mode;",

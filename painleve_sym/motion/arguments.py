@@ -87,7 +87,7 @@ OF_SCIPY = {
     "args": "give parameters by names, parameters= and law_parameters=",
     "fun": "the equations of motion are those of the mechanism",
     "method": "give the integrator, engine=",
-    "events": "give the kinds of events that end the motion, until=",
+    "events": "give the events to record, watch=, and those that end the motion, until=",
     "dense_output": "give record='dense', which is the default",
     "jac": "leave it out: derivatives are derived",
     "tol": "give rtol=",

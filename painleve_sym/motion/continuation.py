@@ -9,7 +9,9 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import mode_name
+from painleve_sym.automata.watch import MEMORY_END
 from painleve_sym.errors import InputError, StopReason, received
+from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.motion.records import PIECE
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import Trajectory
@@ -86,13 +88,35 @@ def has_states_of(simulator: Simulator, origin: Trajectory) -> bool:
     )
 
 
+def check_watches(simulator: Simulator, origin: Trajectory) -> None:
+    """Raise InputError where a motion of the same laws watches other events."""
+    own, names = simulator.contact.watch, origin.names
+    before = {name for name in names.memory if name.endswith(MEMORY_END)}
+    same_laws = simulator.mechanism.name == names.mechanism and simulator.label == names.law
+    if same_laws and before != {w.memory for w in own}:
+        known = ", ".join(repr(name.removesuffix(MEMORY_END)) for name in sorted(before))
+        raise InputError(
+            f"{simulator.where}: start: the motion before watches {known or 'no events'}, and this "
+            "one others. Fix: give both the same watch=."
+        )
+
+
+def _at_time(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
+    """Return a start in a mode of its own at the time of an end."""
+    names, state = simulator.outline.state_names, start.state
+    if TIME_NAME in names:
+        state = state.copy()
+        state[names.index(TIME_NAME)] = origin.final_time
+    return start._replace(state=state, time=origin.final_time)
+
+
 def carried(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
     """Return the start that has time, and of the same laws mode, memory and all states, of an end.
 
     Other laws begin at the same coordinates and velocities with a mode of their own.
     """
     if not has_states_of(simulator, origin):
-        return start._replace(time=origin.final_time)
+        return _at_time(simulator, start, origin)
     outline, scale = simulator.outline, start.scale
     if start.place.parameters == origin.parameters and origin.record.scales:
         scale = np.array([origin.record.scales[name] for name in outline.state_names])

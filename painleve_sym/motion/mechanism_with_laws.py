@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,6 +12,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.automata.derivation import ContactDerivation
 from painleve_sym.automata.signature import Outline
+from painleve_sym.automata.watch import read_watch, watch_texts
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
@@ -22,7 +23,7 @@ from painleve_sym.engines.protocol import Engine
 from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.mechanics.declarations import Parameter, ParameterSet
+from painleve_sym.mechanics.declarations import TIME_NAME, Parameter, ParameterSet
 from painleve_sym.mechanics.materials import (
     Material,
     MaterialsLike,
@@ -35,6 +36,9 @@ from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.automata.automaton import HybridAutomaton
+
+
+_FIELDS = ("mechanism", "law", "engine", "watch")
 
 
 class Start(NamedTuple):
@@ -65,12 +69,22 @@ class MechanismWithLaws:
     mechanism: Mechanism
     law: Law | Mapping[str, Law] = field(hash=False)
     engine: EngineLike = EngineName.AUTO
+    watch: tuple[str, ...] = ()
 
     def __init__(
-        self, mechanism: MechanismLike, law: LawsLike, engine: EngineLike = EngineName.AUTO
+        self,
+        mechanism: MechanismLike,
+        law: LawsLike,
+        engine: EngineLike = EngineName.AUTO,
+        watch: str | Sequence[str] = (),
     ) -> None:
         name = chosen(EngineName, engine, "engine")
-        values = {"mechanism": as_mechanism(mechanism), "law": as_law(law), "engine": name}
+        values = {
+            "mechanism": as_mechanism(mechanism),
+            "law": as_law(law),
+            "engine": name,
+            "watch": watch_texts(watch),
+        }
         for attribute, value in values.items():
             object.__setattr__(self, attribute, value)
         self.mechanism.require_planar()
@@ -78,7 +92,7 @@ class MechanismWithLaws:
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle mechanism, law and engine name; the engine comes from the cache again."""
-        return {name: self.__dict__[name] for name in ("mechanism", "law", "engine")}
+        return {name: self.__dict__[name] for name in _FIELDS}
 
     @cached_property
     def laws(self) -> tuple[Law, ...]:
@@ -99,7 +113,9 @@ class MechanismWithLaws:
     @cached_property
     def contact(self) -> ContactDerivation:
         """The contact or contacts, joined with their laws."""
-        return ContactDerivation(self.mechanism, self.laws)
+        contacts = [c.name for c in self.mechanism.outline.contacts]
+        watches = read_watch(self.watch, contacts, self.where)
+        return ContactDerivation(self.mechanism, self.laws, watches)
 
     @property
     def automaton(self) -> HybridAutomaton:
@@ -184,7 +200,13 @@ class MechanismWithLaws:
     @property
     def units(self) -> dict[str, str]:
         """SI unit of every state and parameter, also of the laws, by name."""
-        return {**self.mechanism.units, **{p.name: p.unit for p in self.own_parameters}}
+        own = {p.name: p.unit for p in self.own_parameters}
+        # A strobe has the time among the states.
+        return (
+            {TIME_NAME: "s", **self.mechanism.units, **own}
+            if self.watch
+            else {**self.mechanism.units, **own}
+        )
 
     @cached_property
     def integrator(self) -> Engine:

@@ -191,4 +191,4 @@ def _simulator(whole: Simulator, law: Any, contacts: Sequence[str] | None) -> Si
         mechanism = mechanism.only(*present)
         if isinstance(own, Mapping):
             own = {name: own[name] for name in present}
-    return type(whole)(mechanism, own, whole.engine)
+    return type(whole)(mechanism, own, whole.engine, whole.watch)

@@ -41,6 +41,9 @@ class EventRecord(Shown, Compared):
         Name of the contact; empty where all contacts are meant.
     impulses : tuple of float
         An impact of two rigid contacts: P_n and P_t of each; N s.
+    quantity : str
+        Of an event that is watched: its arguments, such as ``normal_force`` of
+        ``peak(normal_force)``.
 
     Examples
     --------
@@ -64,6 +67,7 @@ class EventRecord(Shown, Compared):
     alternatives: tuple[str, ...] = ()
     contact: str = ""
     impulses: tuple[float, ...] = ()
+    quantity: str = ""
 
     def __repr__(self) -> str:
         """Return kind, contact, time, modes and forces in one line."""

@@ -13,11 +13,12 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.automata.model import ENERGIES, LOSSES
 from painleve_sym.automata.signature import mode_name
+from painleve_sym.automata.watch import WATCHED
 from painleve_sym.choices import Record
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.batch import checked_at_events, quantities_at_events
 from painleve_sym.engines.protocol import RawRun, RunOptions
-from painleve_sym.engines.records import StepRecords
+from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.equality import Compared
 from painleve_sym.errors import EventKind
 from painleve_sym.laws.catalogue import law_text
@@ -111,6 +112,8 @@ class RunRecord:
         }
         if start.time:
             inputs["continues"] = self._continued
+        if self.simulator.watch:
+            inputs["watch"] = list(self.simulator.watch)
         return inputs
 
     @property
@@ -224,9 +227,18 @@ class RunRecord:
                     alternatives=several,
                     contact=contact if others else first,
                     impulses=impulses,
+                    quantity=self._watched_quantity(rows, i),
                 )
             )
         return tuple(records)
+
+    def _watched_quantity(self, rows: EventRecords, i: int) -> str:
+        """Return the arguments of the watch of an event; empty for others."""
+        outline, j = self.simulator.outline, int(rows.transition[i])
+        if j < 0 or outline.kinds[rows.kind[i]] not in WATCHED:
+            return ""
+        label = outline.modes[int(rows.mode_before[i])].transitions[j].label
+        return label.partition("(")[2].removesuffix(")")
 
     def at_events(self, name: str) -> Array:
         """Return a quantity at every event of a kind; see `Trajectory.at_events`."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 import functools
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
+from painleve_sym.automata.watch import watch_texts
 from painleve_sym.checks import StateLike
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
@@ -32,7 +33,13 @@ class _KeptSimulators:
         self._simulators: OrderedDict[Any, Simulator] = OrderedDict()
         self._lock = threading.Lock()
 
-    def get(self, mechanism: Mechanism, law: Law | Mapping[str, Law], engine: str) -> Simulator:
+    def get(
+        self,
+        mechanism: Mechanism,
+        law: Law | Mapping[str, Law],
+        engine: str,
+        watch: tuple[str, ...] = (),
+    ) -> Simulator:
         """Return the simulator; where only defaults differ it shares the compiled engine."""
         laws = law.items() if isinstance(law, Mapping) else (("", law),)
         try:
@@ -40,15 +47,16 @@ class _KeptSimulators:
                 mechanism.definition,
                 *((name, own.definition) for name, own in laws),
                 engine,
+                watch,
             )
         except TypeError:  # a formula without a definition, so that there is no key for it
-            return Simulator(mechanism, law, EngineName(engine))
+            return Simulator(mechanism, law, EngineName(engine), watch)
         declared = (mechanism.outline, *(own for _, own in laws))
         defaults = tuple(p.default for owner in declared for p in owner.parameters)
         with self._lock:
             known = self._simulators.pop((derived, defaults), None)
             if known is None:
-                known = Simulator(mechanism, law, EngineName(engine))
+                known = Simulator(mechanism, law, EngineName(engine), watch)
                 alike = next((s for (d, _), s in self._simulators.items() if d == derived), None)
                 if alike is not None:
                     known = with_fields(known, integrator=alike.integrator)
@@ -63,12 +71,15 @@ _law_of_name = functools.lru_cache(maxsize=64)(as_law)
 
 
 def simulator_of(
-    mechanism: MechanismLike, law: LawsLike, engine: EngineLike = EngineName.AUTO
+    mechanism: MechanismLike,
+    law: LawsLike,
+    engine: EngineLike = EngineName.AUTO,
+    watch: str | Sequence[str] = (),
 ) -> Simulator:
     """Return the simulator of a mechanism with its law; one of an earlier call where it is kept."""
     name = chosen(EngineName, engine, "engine")
     laws = _law_of_name(law) if isinstance(law, str) else as_law(law)
-    return _kept.get(as_mechanism(mechanism), laws, name)
+    return _kept.get(as_mechanism(mechanism), laws, name, watch_texts(watch))
 
 
 @spelled_out(RunArguments)
@@ -78,6 +89,7 @@ def simulate(
     state: StateLike | None = None,
     *,
     engine: EngineLike = EngineName.AUTO,
+    watch: str | Sequence[str] = (),
     **arguments: Unpack[RunArguments],
 ) -> Trajectory:
     """Integrate the motion of a mechanism with its contact law from t = 0.
@@ -119,6 +131,13 @@ def simulate(
         A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
         several contacts; see `at.closing.closed_state`.
     engine : EngineName or its text
+    watch : str or sequence of str
+        Events to record besides those of the contacts, which change nothing: ``apex`` (the rate of
+        a gap falls through 0; ``apex(y)`` that of a coordinate), ``peak(normal_force)`` (a maximum
+        of a state or output), ``section(theta - 0.3)`` (a formula of states, parameters and, where
+        it is a state, the time falls through 0, as an event of SciPy with direction −1), and
+        ``strobe(2*pi/omega, 0.1)`` (at the times offset + k period, k = 0, 1, …, by formulas of
+        parameters; s). Those with which a run begins are left out.
     rtol : float
         Relative tolerance of every state, in [1e-15, 1).
     atol : ndarray, shape (nx,)
@@ -174,7 +193,7 @@ def simulate(
     >>> print(f"{event.kind} at {event.time:.6e} s, {event.normal_force:.3f} N")
     slip_stop at 1.743476e-03 s, 880.495 N
     """
-    return simulator_of(mechanism, law, engine).run(state, **arguments)
+    return simulator_of(mechanism, law, engine, watch).run(state, **arguments)
 
 
 @spelled_out(BatchArguments)
@@ -184,6 +203,7 @@ def simulate_batch(
     states: StateLike,
     *,
     engine: EngineLike = EngineName.AUTO,
+    watch: str | Sequence[str] = (),
     **arguments: Unpack[BatchArguments],
 ) -> BatchResult:
     """Integrate one motion for every entry of the arrays, in threads over compiled code.
@@ -193,7 +213,7 @@ def simulate_batch(
 
     Parameters
     ----------
-    mechanism, law, engine
+    mechanism, law, engine, watch
         As for `simulate`.
     states : mapping of str to array_like, DataFrame, or array_like
         Numbers, or arrays that broadcast against each other; or one array whose last axis is that
@@ -240,4 +260,4 @@ def simulate_batch(
     """
     from painleve_sym.motion.batch.run import run_batch
 
-    return run_batch(simulator_of(mechanism, law, engine), states, **arguments)
+    return run_batch(simulator_of(mechanism, law, engine, watch), states, **arguments)

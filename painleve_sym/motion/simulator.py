@@ -29,6 +29,7 @@ from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
 from painleve_sym.motion.continuation import (
     carried,
     check_origin,
+    check_watches,
     first_state,
     has_states_of,
     same_parameters,
@@ -84,6 +85,8 @@ class Simulator(Compared, MechanismWithLaws):
     engine : {"auto", "compiled", "taylor", "erk"}
         ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler;
         several contacts need one.
+    watch : str or sequence of str
+        Events to record besides those of the contacts; see `simulate`.
 
     Raises
     ------
@@ -261,6 +264,7 @@ class Simulator(Compared, MechanismWithLaws):
         """Return what runs from the end of a motion, and its start."""
         parameters = same_parameters(self, origin)
         parameters |= self.given(given.get("parameters"), given.get("law_parameters"))
+        check_watches(self, origin)
         place = self.at(first_state(self, origin), parameters)
         known = has_states_of(self, origin)
         start = self.prepared(place)[0] if known else self.start(place)
@@ -315,7 +319,7 @@ class Simulator(Compared, MechanismWithLaws):
             return self
         known = self._of_still_contacts
         if mechanism.definition not in known:
-            known[mechanism.definition] = Simulator(mechanism, self.law, self.engine)
+            known[mechanism.definition] = Simulator(mechanism, self.law, self.engine, self.watch)
         return known[mechanism.definition]
 
     @cached_property

@@ -682,7 +682,7 @@ class Trajectory(Shown, Compared):
         ('touchdown', 0.142857)
         """
         frames = table_library("pandas", "a data frame")
-        own = ("time", "kind", "contact", "mode_before", "mode_after")
+        own = ("time", "kind", "quantity", "contact", "mode_before", "mode_after")
         forces = ("normal_force", "tangential_force", "compression")
         columns: dict[str, list[Any]] = {
             name: [getattr(event, name) for event in self.events] for name in (*own, *forces)

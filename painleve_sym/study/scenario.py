@@ -17,6 +17,7 @@ from painleve_sym.at.delassus import Delassus
 from painleve_sym.at.inputs import border_notices, inside, place_of
 from painleve_sym.at.jump import JumpResult, jump_at
 from painleve_sym.at.tangential import TangentialImpact, tangential_impact_at
+from painleve_sym.automata.watch import read_watch, watch_texts
 from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
@@ -291,7 +292,7 @@ class Scenario(CaseSettings):
         if self.samples is not None and not 2 <= self.samples <= MAX_SAMPLES:
             raise InputError(f"{self.where}: samples: got {self.samples}, need 2 to {MAX_SAMPLES}.")
         chosen(EngineName, self.engine, "engine", self.where)
-        simulator = Simulator(place.mechanism, contact_law, self.engine)
+        simulator = Simulator(place.mechanism, contact_law, self.engine, self.watch)
         if self.phases or self.inputs or place.mechanism.outline.pulsed:
             return self._in_pieces(simulator, place)
         whole = simulator.with_laws(place, self.law_parameters, self.material)
@@ -437,6 +438,13 @@ def _read_until(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
     for kind in kinds:
         chosen(EventKind, kind.removeprefix(BEFORE), "event")
     return {key: tuple(kinds)}
+
+
+def _read_watch(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    texts = watch_texts(value)
+    for text in texts:
+        read_watch(text, (), key)
+    return {key: texts}
 
 
 def _read_model(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
@@ -594,6 +602,7 @@ _OF_TYPE: Mapping[str, Reader] = {
     "EngineLike": _read_choice(EngineName),
     "Mapping[str, float]": _read_table,
     "RestitutionLike": _read_choice(Restitution),
+    "Sequence[str]": _read_watch,
     "int": _read_count,
     "str": _read_text,
     "tuple[float, ...]": _read_velocity,

@@ -5,7 +5,7 @@ Nothing that computes is imported here, since a page of help needs none of it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
@@ -67,6 +67,12 @@ class CaseSettings:
         "motion",
         "EVENT,...: end at the first event of these kinds, such as separation; before_touchdown"
         " ends before it",
+        (),
+    )
+    watch: Sequence[str] = _of(
+        "motion",
+        "EVENT,...: record these, too: apex, apex(y), peak(normal_force), section(FORMULA),"
+        " strobe(PERIOD,OFFSET)",
         (),
     )
     initial_force: float | None = _of(

@@ -21,6 +21,7 @@ GIVEN = {
     "law": "hertz",
     "t_end": 0.5,
     "until": ["separation", "liftoff"],
+    "watch": ["apex", "strobe(0.1, 0.2)"],
     "initial_force": 3.0,
     "phases": [{"time": 0.5, "parameters": {"mu": 0.2, "g": 5.0}}, {"time": 0.7, "law": "hertz"}],
     "inputs": {"mu": {"file": "record.csv"}, "g": {"file": "g.csv", "interpolation": "held"}},

@@ -51,6 +51,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
   double *res[3] = {xn, zn, condition};
   const double *arg[4] = {s->x, s->z, s->c, &timed};
   int choice = 0, from = (int)s->mode;
+  if (tr->watching) visible = tr->watching == PS_SEEN && !s->starting;
   if (visible && tr->stop != PS_DECISION && ends_before(s, o, tr->kind)) {
     s->reason = PS_UNTIL;
     s->stop_transition = j;
@@ -81,7 +82,13 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     s->reason = tr->stop;
     s->stop_transition = j;
   }
-  if (visible && tr->stop != PS_DECISION) {
+  if (visible && tr->watching) {
+    const int last_kind = s->last_kind, last_contact = s->last_contact;
+    note_event(s, o, from, j, tr->kind, tr->contact, xn, zn);
+    s->last_kind = last_kind;
+    s->last_contact = last_contact;
+    if (s->reason == PS_RUNNING && s->count.events >= o->max_events) s->reason = PS_EVENT_LIMIT;
+  } else if (visible && tr->stop != PS_DECISION) {
     note_event(s, o, from, j, tr->kind, tr->contact, xn, zn);
     s->at_once = s->t == s->t_event ? s->at_once + 1 : 0;
     s->t_event = s->t;

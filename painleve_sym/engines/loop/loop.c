@@ -69,7 +69,9 @@ static void begin(ps_run *s, const double *x, const double *z, const double *p,
   s->mode = o->start_mode;
   if (s->mode < 0) choose_start(s);
   /* What the start state makes happen at once is its choice of mode, or events where asked. */
+  s->starting = o->start_mode < 0;
   enter(s, o, o->start_events);
+  s->starting = 0;
 }
 
 /* A whole run from t = 0, to be read and freed, NULL without memory. */

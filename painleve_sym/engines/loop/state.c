@@ -54,6 +54,8 @@ typedef struct {
 
 /* Where an event ends a run: after all that happens at its instant, or before it happens. */
 enum { PS_AFTER = 1, PS_BEFORE = 2 };
+/* Of ps_transition.watching. */
+enum { PS_SEEN = 1 };
 
 typedef struct {
   double rtol, h0, h_max, t_end;
@@ -119,6 +121,7 @@ typedef struct {
   double g[PS_NG], dg[PS_NG], d2[PS_NG];
   unsigned char armed[PS_NG];
   int hit, at_once, limits;
+  int starting; /* whether the mode of a start state is being chosen */
   const ps_transition *limit; /* the last one that says what follows where it accumulates, at t_limit */
   ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NT];

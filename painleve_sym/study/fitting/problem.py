@@ -451,6 +451,7 @@ def fit(
     engine: EngineLike = EngineName.AUTO,
     phases: Sequence[Phase] = (),
     inputs: Mapping[str, InputValues] | None = None,
+    watch: str | Sequence[str] = (),
 ) -> FitResult:
     """Estimate parameters, or start values, from measured motions by least squares.
 
@@ -487,6 +488,9 @@ def fit(
     engine : EngineName or its text
     phases, inputs
         Of each motion, as for `painleve_sym.simulate`.
+    watch : str or sequence of str
+        Further events by which a motion may end, as for `simulate`: heights of rebounds are those
+        at ``until="apex"`` with ``watch="apex"``.
 
     Raises
     ------
@@ -501,7 +505,7 @@ def fit(
     >>> result.names
     ('e_energetic', 'mu')
     """
-    simulator = simulator_of(mechanism, law, engine)
+    simulator = simulator_of(mechanism, law, engine, watch)
     known, units = simulator.mechanism, simulator.units
     estimate = names_of(estimate, "fit: estimate", "mu,E")
     parameters = in_si(simulator.given(parameters, law_parameters), units, "fit: parameters")

@@ -123,7 +123,7 @@ class Sweep:
         @functools.cache
         def units() -> dict[str, str]:
             law = scenario.contact_law()
-            return _units(Simulator(scenario.mechanism(), law, scenario.engine))
+            return _units(Simulator(scenario.mechanism(), law, scenario.engine, scenario.watch))
 
         def read(value: Any, place: str, name: str) -> float:
             unit = units().get(name, "1") if isinstance(value, str) else "1"
@@ -160,7 +160,8 @@ class Sweep:
     @cached_property
     def simulator(self) -> Simulator:
         """The simulator of the mechanism with the law."""
-        return Simulator(self.mechanism, self.scenario.contact_law(), self.scenario.engine)
+        law, given = self.scenario.contact_law(), self.scenario
+        return Simulator(self.mechanism, law, given.engine, given.watch)
 
     @property
     def starts(self) -> range:
