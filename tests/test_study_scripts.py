@@ -66,6 +66,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
     ),
     "robots/robots.py": (("--quick", "--out", "{}/new"), (), r"ANYmal C|not installed"),
     "sensitive_impact.py": (("{}/rate",), ("rate.png", "rate.svg"), r"mu"),
+    "block_on_belt.py": (
+        ("{}/block-on-belt",),
+        ("block-on-belt.png", "block-on-belt.svg"),
+        r"(?s)zero +12\.00103129483\d +4\.29599952548\d .*closed form: 9\.785093762383 s",
+    ),
     "sticking_feet.py": (
         ("{}/feet",),
         ("feet.png", "feet.svg"),

@@ -19,6 +19,7 @@ STUDIES = "They run for minutes or take options; the figure of each was made by 
 
 PICTURES = {
     "bench_rod": "examples/studies/bench_rod/bench-rod.png",
+    "block_on_belt": "docs/figures/block-on-belt.png",
     "corrected_jump": "docs/figures/corrected-jump.png",
     "fates": "examples/studies/singular_point/fates.png",
     "fit_noisy_impacts": "docs/figures/fit-force.png",
