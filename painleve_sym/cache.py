@@ -25,9 +25,9 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.errors import PainleveError, PainleveWarning
+from painleve_sym.system import is_open, is_own, is_written_by_others, open_no_link, user_cache
 from painleve_sym.version import RELEASE
 
-_BY_OTHERS, _WRITTEN_BY_OTHERS = 0o077, 0o022
 PREFIX = "painleve-"
 """Of all names in the cache: its folder may have another purpose, too."""
 ZIG_FOLDER = f"{PREFIX}zig"
@@ -40,7 +40,7 @@ ENTRY, FORM = ".json", ".form"
 _AT_ONCE = 1 << 20
 # Libraries, derivations, the folders in which both are made, and what a compiler keeps or says.
 _OWN_NAME = re.compile(
-    rf"{PREFIX}[0-9a-f]{{40}}(?:-[0-9a-f]{{40}}\.so|\.json|\.form)|{_WORK}[a-z0-9_]{{8}}|{ZIG_FOLDER}"
+    rf"{PREFIX}[0-9a-f]{{40}}(?:-[0-9a-f]{{40}}\.(?:so|dll)|\.json|\.form)|{_WORK}[a-z0-9_]{{8}}|{ZIG_FOLDER}"
     rf"|{re.escape(COMPILER_LOG)}"
 )
 
@@ -48,11 +48,11 @@ _OWN_NAME = re.compile(
 def named_folder() -> Path:
     """Return where the cache is meant to be, whether or not it can be used.
 
-    ``PAINLEVE_CACHE``, else ``XDG_CACHE_HOME/painleve-sym``, else ``~/.cache/painleve-sym``; with
+    ``PAINLEVE_CACHE``, else ``painleve-sym`` in `system.user_cache`, ``~/.cache`` on Linux; with
     the ``~`` in it where there is no home folder.
     """
     named = os.environ.get("PAINLEVE_CACHE")
-    folder = Path(named or Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "painleve-sym"))
+    folder = Path(named) if named else user_cache() / "painleve-sym"
     with suppress(RuntimeError):
         return folder.expanduser()
     return folder
@@ -77,7 +77,7 @@ def _make_private(folder: Path) -> str | None:
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         problem = _foreign(folder)
-        if problem is None and stat.S_IMODE(folder.stat().st_mode) & _BY_OTHERS:
+        if problem is None and is_open(folder.stat()):
             problem = _close(folder)
         if problem is None and not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
             problem = "it cannot be written"
@@ -87,19 +87,18 @@ def _make_private(folder: Path) -> str | None:
 
 
 def _foreign(folder: Path) -> str | None:
-    own = folder.stat().st_uid == os.geteuid()
-    return None if own else "it belongs to another user"
+    return None if is_own(folder.stat()) else "it belongs to another user"
 
 
 def _close(folder: Path) -> str | None:
     """Close the folder to other users; return why it stays open and cannot be used, or None."""
-    mode = folder.stat().st_mode
-    written = mode & _WRITTEN_BY_OTHERS
+    info = folder.stat()
+    written = is_written_by_others(info)
     # A folder of another purpose, or one that is meant to be shared: its mode is the user's choice.
     if any(not _OWN_NAME.fullmatch(entry.name) for entry in folder.iterdir()):
         holds = "other users can write to it, and it holds files that are not the cache's"
         return holds if written else None
-    if mode & stat.S_ISVTX:
+    if info.st_mode & stat.S_ISVTX:
         return "it is a folder that users share (its sticky bit is set)" if written else None
     folder.chmod(0o700)
     if written and (removed := sum(1 for path in _entries(folder) if _remove(path))):
@@ -137,11 +136,10 @@ def own_content(path: Path) -> bytes | None:
 
     None also where there is no such file: links and special files are not read.
     """
-    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK
     try:
-        with open(path, "rb", opener=lambda name, _: os.open(name, flags)) as file:
+        with open(path, "rb", opener=open_no_link) as file:
             info = os.fstat(file.fileno())
-            own = info.st_uid == os.geteuid() and not info.st_mode & _WRITTEN_BY_OTHERS
+            own = is_own(info) and not is_written_by_others(info)
             return file.read() if own and stat.S_ISREG(info.st_mode) else None
     except OSError:
         return None

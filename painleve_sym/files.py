@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from painleve_sym.errors import InputError, received, refuse_unknown
+from painleve_sym.system import open_no_link
 
 
 def write_beside(path: str | Path, write: Any) -> None:
@@ -29,7 +30,7 @@ def write_beside(path: str | Path, write: Any) -> None:
     path = file_path(path, "output file")
     name = beside(path)
     try:
-        file = open(name, "xb", opener=no_link)  # noqa: SIM115, closed below
+        file = open(name, "xb", opener=open_no_link)  # noqa: SIM115, closed below
     except OSError as error:
         raise InputError(
             f"output file {path}: {error.strerror}. Fix: name a folder that exists and is writable."
@@ -49,11 +50,6 @@ def write_beside(path: str | Path, write: Any) -> None:
 def beside(path: Path) -> Path:
     """Return a hidden name beside a path, which is not in use and which no other user can guess."""
     return path.with_name(f".{path.name[:50]}.{os.urandom(6).hex()}")
-
-
-def no_link(path: str, flags: int) -> int:
-    """Open a file, as `opener` of `open`; OSError where it is a link that another may have made."""
-    return os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
 def file_path(value: Any, where: str) -> Path:

@@ -15,8 +15,9 @@ import pytest
 from painleve_sym import arrays
 from painleve_sym.arrays import load_npz, save_npz
 from painleve_sym.errors import InputError
-from painleve_sym.files import no_link, write_beside
+from painleve_sym.files import write_beside
 from painleve_sym.plain_data import plain_fields, to_plain
+from painleve_sym.system import open_no_link
 
 
 class _Colour(Enum):
@@ -146,5 +147,5 @@ def test_link_is_not_opened(tmp_path):
     (tmp_path / "link").symlink_to("victim")
     for mode in ("r", "w", "a"):
         with pytest.raises(OSError, match="symbolic links"):
-            open(tmp_path / "link", mode, opener=no_link)  # noqa: SIM115
+            open(tmp_path / "link", mode, opener=open_no_link)  # noqa: SIM115
     assert (tmp_path / "victim").read_text() == "1"

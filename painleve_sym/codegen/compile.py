@@ -32,6 +32,7 @@ from painleve_sym.cache import (
     work_folder,
 )
 from painleve_sym.errors import CompileError, CompilerMissing, InputError, PainleveError
+from painleve_sym.system import library_suffix, on_windows
 
 # Apple's compiler names its own processors by another flag.
 _APPLE = (sys.platform, platform.machine()) == ("darwin", "arm64")
@@ -40,7 +41,8 @@ FLAGS = (
     "-mcpu=native" if _APPLE else "-march=native",
     "-ffp-contract=off",
     "-fno-tree-slp-vectorize",
-    "-fPIC",
+    # Code of Windows is always relocatable, and its compilers reject the flag.
+    *(() if on_windows() else ("-fPIC",)),
     "-shared",
     "-fvisibility=hidden",
 )
@@ -131,7 +133,8 @@ def _candidates() -> list[tuple[str, ...]]:
 def _zig_program() -> Path | None:
     package = importlib.util.find_spec("ziglang") if sys.executable else None
     places = (package and package.submodule_search_locations) or ()
-    return next((Path(place, "zig") for place in places), None)
+    program = "zig.exe" if on_windows() else "zig"
+    return next((Path(place, program) for place in places), None)
 
 
 @functools.lru_cache(maxsize=16)
@@ -189,7 +192,7 @@ def _fault(compiler: Compiler) -> str | None:
         with tempfile.TemporaryDirectory() as work:
             source = Path(work, "probe.c")
             source.write_text(text, "ascii")
-            _run(compiler, Path(work, "probe.so"), source, "-lm")
+            _run(compiler, Path(work, f"probe{library_suffix()}"), source, "-lm")
     except CompileError as error:
         return str(error).partition(" Fix:")[0].rstrip(".")
     except OSError as error:
@@ -240,7 +243,7 @@ def compiled_library(source: str) -> Path:
     faults = []
     for compiler in _compilers():
         folder, key = cache_folder(), library_key(source, compiler)
-        for path in folder.glob(f"{PREFIX}{key}-*.so"):
+        for path in folder.glob(f"{PREFIX}{key}-*{library_suffix()}"):
             if _is_whole(path):
                 return path
             with suppress(OSError):
@@ -292,10 +295,10 @@ def _build_where_there_is_room(source: str, compiler: Compiler, folder: Path, ke
 
 def _build(source: str, compiler: Compiler, folder: Path, key: str) -> Path:
     with work_folder(folder) as work:
-        library = Path(work, "model.so")
+        library = Path(work, f"model{library_suffix()}")
         _run(compiler, library, *_compiled_parts(source, compiler, library.parent), "-lm")
         library.chmod(0o700)
-        target = folder / f"{PREFIX}{key}-{_content_hash(library.read_bytes())}.so"
+        target = folder / f"{PREFIX}{key}-{_content_hash(library.read_bytes())}{library_suffix()}"
         os.replace(library, target)
         return target
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import functools
 import importlib
 import io
@@ -28,17 +27,18 @@ from numpy.typing import NDArray
 
 from painleve_sym.codegen.compile import find_compiler, flags
 from painleve_sym.errors import CompilerMissing, InputError, PainleveError, PainleveWarning
-from painleve_sym.files import no_link, write_beside
+from painleve_sym.files import write_beside
 from painleve_sym.motion.energy_balance import batch_notices, open_from
 from painleve_sym.motion.pressed_start import batch_past_notices
 from painleve_sym.motion.timetable import Timetable
 from painleve_sym.study.sweeps.sweep import FORMATS, Columns, Sweep
+from painleve_sym.system import is_own, open_no_link
 from painleve_sym.version import __version__
 
 FORMAT = "painleve-sym sweep 1"
 MANIFEST = "manifest.json"
 SUMS = "chunk-sums"
-LOCK = "lock"
+LOCK, _HOLDER = "lock", ".holder"
 SUFFIXES = tuple(f".{form}" for form in FORMATS)
 _PROVENANCE = "provenance_"
 _NEEDS = {".nc": ("NetCDF", "h5netcdf"), ".zarr": ("Zarr", "zarr")}
@@ -129,7 +129,7 @@ def open_store(out: Path, sweep: Sweep, row: Columns) -> Iterator[Store]:
 def _check_owner(folder: Path) -> None:
     """Raise InputError for a folder that another may have made, with links to other files in it."""
     info = folder.lstat()
-    if stat.S_ISLNK(info.st_mode) or info.st_uid != os.geteuid():
+    if stat.S_ISLNK(info.st_mode) or not is_own(info):
         fault = "it is a link" if stat.S_ISLNK(info.st_mode) else "it belongs to another user"
         raise InputError(f"sweep folder {folder}: {fault}. Fix: give another --out.")
 
@@ -137,27 +137,40 @@ def _check_owner(folder: Path) -> None:
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
     """Hold a folder for this process; InputError where another process holds it."""
-    path = folder / LOCK
-    with open(path, "a+", encoding="utf-8", errors="replace", opener=no_link) as file:
-        try:
-            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            if error.errno in (errno.EACCES, errno.EAGAIN):
-                file.seek(0)
-                raise InputError(
-                    f"sweep folder {folder}: {file.read(200).strip() or 'another process'} is "
-                    "writing to it. Fix: wait until it ends, or give another --out."
-                ) from None
-            message = (
-                f"sweep folder {folder}: it cannot be locked ({error.strerror}). Fix: make sure "
-                "that no other process writes to it."
-            )
-            warnings.warn(message, PainleveWarning, stacklevel=2)
-        else:
-            file.truncate(0)
-            file.write(f"process {os.getpid()} on {socket.gethostname()}\n")
-            file.flush()
+    from filelock import FileLock, Timeout
+
+    lock, holder = FileLock(folder / LOCK, blocking=False), folder / _HOLDER
+    try:
+        lock.acquire()
+    except Timeout:
+        raise InputError(
+            f"sweep folder {folder}: {_short_text(holder) or 'another process'} is writing to it. "
+            "Fix: wait until it ends, or give another --out."
+        ) from None
+    except (OSError, NotImplementedError) as error:
+        if isinstance(error, OSError) and error.errno == errno.ELOOP:
+            raise
+        message = (
+            f"sweep folder {folder}: it cannot be locked ({error}). Fix: make sure that no other "
+            "process writes to it."
+        )
+        warnings.warn(message, PainleveWarning, stacklevel=2)
         yield
+        return
+    with lock:
+        write_beside(holder, lambda file: file.write(_this_process().encode()))
+        yield
+
+
+def _this_process() -> str:
+    return f"process {os.getpid()} on {socket.gethostname()}"
+
+
+def _short_text(path: Path) -> str:
+    """Return the beginning of a file, or an empty text where it cannot be read."""
+    with suppress(OSError), open(path, "rb", opener=open_no_link) as file:
+        return file.read(200).decode("utf-8", "replace").strip()
+    return ""
 
 
 def _columns(folder: Path, sweep: Sweep, row: Columns) -> Columns:
@@ -200,10 +213,10 @@ def _mapped(path: Path, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray
     np.lib.format.write_array_header_1_0(header, known)
     start = header.tell()
     size = start + math.prod(shape) * dtype.itemsize
-    with suppress(FileNotFoundError), open(path, "rb", opener=no_link) as file:
+    with suppress(FileNotFoundError), open(path, "rb", opener=open_no_link) as file:
         if file.read(start) == header.getvalue() and os.fstat(file.fileno()).st_size == size:
             return np.memmap(file, dtype, "r", offset=start, shape=shape)
-    with open(path, "w+b", opener=no_link) as file:
+    with open(path, "w+b", opener=open_no_link) as file:
         file.write(header.getvalue())
         file.truncate(size)
         return np.memmap(file, dtype, "r", offset=start, shape=shape)
@@ -231,7 +244,7 @@ class Store:
     def _put(self, name: str, first: int, rows: NDArray[Any]) -> None:
         # Written as a file, not through the map: there a full disk would end the process.
         array: Any = self.columns[name]
-        with open(self.folder / f"{name}.npy", "r+b", opener=no_link) as file:
+        with open(self.folder / f"{name}.npy", "r+b", opener=open_no_link) as file:
             file.seek(array.offset + first * array.strides[0])
             file.write(rows.data)
 
