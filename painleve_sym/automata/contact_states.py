@@ -13,6 +13,7 @@ from sympy.logic.boolalg import Boolean
 
 from painleve_sym.automata.automaton import (
     Choice,
+    Definition,
     HybridAutomaton,
     Mode,
     Reset,
@@ -29,11 +30,13 @@ from painleve_sym.automata.model import (
     SLIPS,
     ContactModel,
 )
-from painleve_sym.automata.preparation import preparation
+from painleve_sym.automata.preparation import motion_steps, preparation
+from painleve_sym.automata.variants import Term
 from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.mechanics.coefficients import F_N, F_T
+from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.solved import solved_motion
 from painleve_sym.mechanics.system import TIME
 
 FRICTION_WORK = sp.Symbol(FRICTION_LOSS, real=True)
@@ -143,6 +146,11 @@ class ContactStates(ABC):
 
     @property
     @abstractmethod
+    def terms(self) -> tuple[Term, ...]:
+        """Abbreviations of the automaton."""
+
+    @property
+    @abstractmethod
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated."""
 
@@ -165,6 +173,7 @@ class ContactStates(ABC):
             preparation=preparation(
                 self.mechanism, self.interfaces, self.dissipations, definitions
             ),
+            terms=self.terms,
             **more,
         )
 
@@ -183,6 +192,17 @@ class OneContact(ContactStates):
     @abstractmethod
     def interface(self) -> Interface:
         """The contact with its law."""
+
+    @property
+    def coefficients(self) -> ContactCoefficients:
+        """W and b of the contact, in closed form or as symbols of terms of the automaton."""
+        solved = solved_motion(self.mechanism)
+        return solved.coefficients[0] if solved else self.mechanism.coefficients
+
+    @property
+    def terms(self) -> tuple[Definition, ...]:
+        """Steps that lead to the coefficients, where they have no closed form."""
+        return motion_steps(self.mechanism)
 
     @property
     def interfaces(self) -> tuple[Interface, ...]:
@@ -227,16 +247,16 @@ class OneContact(ContactStates):
     def A(self, slip: int, side: int = 1) -> sp.Expr:
         """Return A_{sσ} of slip along s with a normal force of the sign σ; 1/kg."""
         friction = self.interface.kinetic_along(slip)
-        return self.mechanism.coefficients.A(slip * side, friction)
+        return self.coefficients.A(slip * side, friction)
 
     def slip_rate_coefficient(self, slip: int, side: int = 1) -> sp.Expr:
         """Return C_{sσ}, so that v̇_t = C_{sσ} F_n + b_t in slip; 1/kg."""
         friction = self.interface.kinetic_along(slip)
-        return self.mechanism.coefficients.slip_rate_coefficient(slip * side, friction)
+        return self.coefficients.slip_rate_coefficient(slip * side, friction)
 
     def slip_force(self, slip: int, side: int = 1) -> sp.Expr:
         """Return F_n* = −B/A_{sσ}, with which the contact slides at constant gap; N."""
-        return -self.mechanism.coefficients.B / self.A(slip, side)
+        return -self.coefficients.B / self.A(slip, side)
 
     # ---- events of friction ----
 
@@ -265,7 +285,7 @@ class OneContact(ContactStates):
 
     def slip_begins(self, slip: int, sign: int, side: int = 1) -> Boolean:
         """Return where slip can begin at v_t = 0, with A of this sign and F_n of this side."""
-        c, force = self.mechanism.coefficients, self.slip_force(slip, side)
+        c, force = self.coefficients, self.slip_force(slip, side)
         rate = slip * (self.slip_rate_coefficient(slip, side) * force + c.b_t)
         return all_positive(sign * self.A(slip, side), -sign * side * c.B, rate)
 
@@ -276,7 +296,7 @@ class OneContact(ContactStates):
 
     def singular(self, A: sp.Expr) -> Transition:
         """Return the end of a slip that meets A = 0, where its A is positive before."""
-        margin = A / self.mechanism.coefficients.W_nn - SINGULAR_MARGIN
+        margin = A / self.coefficients.W_nn - SINGULAR_MARGIN
         return self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
 
     def jam(self, guard: sp.Expr | None = None) -> Transition:
@@ -292,7 +312,7 @@ class OneContact(ContactStates):
 
     def tangential_force(self, contact: str, force: sp.Expr, side: int = 1) -> sp.Expr:
         """Return F_t of a contact mode for the normal force `force` of the sign `side`."""
-        c = self.mechanism.coefficients
+        c = self.coefficients
         if contact == "stick":
             if not (c.slides and self._slip_is_extra):
                 return c.sticking_force.xreplace({F_N: force})
@@ -321,7 +341,7 @@ class OneContact(ContactStates):
         side : int
             Sign of F_n.
         """
-        c = self.mechanism.coefficients
+        c = self.coefficients
         friction = self.tangential_force(contact, force, side) if contact else _ZERO
         pushes = {F_N: force, F_T: friction}
         if contact == "stick" and not self.stick_yields and c.rank_one:
@@ -342,7 +362,7 @@ class OneContact(ContactStates):
 
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
         """Return g̈_N: exactly the same for any force where A′ = 0."""
-        c, holds = self.mechanism.coefficients, contact == "stick" and not self.stick_yields
+        c, holds = self.coefficients, contact == "stick" and not self.stick_yields
         if self.gap not in self.mechanism.motion and not (holds and c.rank_one):
             return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
         if holds:
@@ -355,7 +375,7 @@ class OneContact(ContactStates):
         self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None, side: int
     ) -> sp.Expr:
         """Return v̇_t: exactly 0 where sticking holds it."""
-        c = self.mechanism.coefficients
+        c = self.coefficients
         if contact == "stick" and not self.stick_yields:
             return _ZERO
         if self._slip_is_extra and accelerations is not None:

@@ -136,12 +136,12 @@ class BilateralContact(OneContact):
     @cached_property
     def forms(self) -> BilateralForms:
         """Closed forms of the tangential impact."""
-        return BilateralForms(self.mechanism.coefficients)
+        return BilateralForms(self.coefficients)
 
     # ---- the decision ----
 
     def _sliding_choices(self, slip: int) -> Iterator[Choice]:
-        c = self.mechanism.coefficients
+        c = self.coefficients
         moving, B = slip * self.slip, c.B
         for side in _SIDES:
             A, other = self.A(slip, side), self.A(slip, -side)
@@ -160,7 +160,7 @@ class BilateralContact(OneContact):
 
     def _resting_choices(self) -> Iterator[Choice]:
         """At v_t = 0 (to be tried after both slips): stick, then the onset of a slip."""
-        c, stop = self.mechanism.coefficients, ("slip_stop",)
+        c, stop = self.coefficients, ("slip_stop",)
         for side in _SIDES:
             margins = self.stick_margins(c.stick_force, side)
             yield Choice(guide_stick_mode(side), all_positive(*margins.values()))
@@ -195,7 +195,7 @@ class BilateralContact(OneContact):
     # ---- modes ----
 
     def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
-        c, sign = self.mechanism.coefficients, -1 if unstable else 1
+        c, sign = self.coefficients, -1 if unstable else 1
         stop = self.slip_stop(slip, (Choice(DECISION),))
         # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
         over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
@@ -209,7 +209,7 @@ class BilateralContact(OneContact):
         return self.held_mode(name, SLIPS[slip], force, ends, side)
 
     def _stick(self, side: int) -> Mode:
-        c = self.mechanism.coefficients
+        c = self.coefficients
 
         def enter(slip: int) -> tuple[Choice, ...]:
             # With A < 0 the slip on this side would run backwards: only the other side slips on.

@@ -55,7 +55,7 @@ class ImpactRays:
     @cached_property
     def rays(self) -> dict[str, Ray]:
         """The three rays."""
-        c = self.states.mechanism.coefficients
+        c = self.states.coefficients
         rays = {}
         for contact, s in CONTACTS.items():
             if contact == "stick":
@@ -72,7 +72,7 @@ class ImpactRays:
 
     def _at_rest(self, phase: str) -> tuple[Choice, ...]:
         """Return the choices at v_t = 0: slip to the side friction cannot hold, or stick."""
-        c, static = self.states.mechanism.coefficients, self.states.interface.static_coefficient
+        c, static = self.states.coefficients, self.states.interface.static_coefficient
         return (
             Choice(f"impact/slip_neg/{phase}", positive(-c.W_nt - static * c.W_tt)),
             Choice(f"impact/slip_pos/{phase}", positive(c.W_nt - static * c.W_tt)),
@@ -90,7 +90,7 @@ class ImpactRays:
 
     def _after(self, ray: Ray, impulse: sp.Expr, phase: str) -> dict[sp.Symbol, sp.Expr]:
         """Reset of states and memory after the normal impulse `impulse` along a ray."""
-        st, c = self.states, self.states.mechanism.coefficients
+        st, c = self.states, self.states.coefficients
         normal, tangential = c.force_directions
         per_impulse = normal + tangential * ray.ratio
         reset = {
@@ -130,7 +130,7 @@ class ImpactRays:
 
     def _rising(self, ray: Ray) -> sp.Expr:
         """Positive where v_n rises along the ray, by more than the rounding of its rate."""
-        return ray.a_n - RATE_ROUNDING * self.states.mechanism.coefficients.W_nn
+        return ray.a_n - RATE_ROUNDING * self.states.coefficients.W_nn
 
     def _slip_stop(self, ray: Ray, phase: str) -> Transition:
         v_t, s = self.states.slip, CONTACTS[ray.contact]

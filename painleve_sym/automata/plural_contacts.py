@@ -41,6 +41,7 @@ from painleve_sym.automata.contact_states import (
 from painleve_sym.automata.guide import BilateralContact, GuideInterface
 from painleve_sym.automata.interfaces import Interface, zero_factor
 from painleve_sym.automata.model import CONTACT, MOTION, START
+from painleve_sym.automata.preparation import motion_steps
 from painleve_sym.automata.rigid import RigidContact, RigidInterface
 from painleve_sym.automata.tangential_spring import SpringInterface, TangentialSpringContact
 from painleve_sym.choices import ImpactFriction
@@ -48,6 +49,7 @@ from painleve_sym.contact_rows import ContactRows
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.mechanics.contact_set import ContactSet
+from painleve_sym.mechanics.solved import solved_motion
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
@@ -147,7 +149,10 @@ class PluralContacts(ContactStates):
         Where no motion does, W_tt = 0, and the friction that sticking needs is 0.
         """
         t = self._at.tangent(i)
-        own, symbol = self.contact_set.W[t, t], self._symbols["W"][t, t]
+        symbol = self._symbols["W"][t, t]
+        if solved_motion(self.mechanism):
+            return _ONE, symbol
+        own = self.contact_set.W[t, t]
         states = {*self.mechanism.system.q, *self.mechanism.system.q_dot}
         if own == 0:
             return _ZERO, _ONE
@@ -191,11 +196,14 @@ class PluralContacts(ContactStates):
             for force, c in zip(own["F_n"], self._forces, strict=True)
             if c.given is not None
         )
-        return (
+        motion = motion_steps(self.mechanism) or (
             *_defined(own["a"], self.mechanism.system.free_acceleration),
             *_defined(own["D"], given.directions),
             *(Definition(W[i, j], given.W[i, j]) for i in range(size) for j in range(i, size)),
             *_defined(own["b"], given.b),
+        )
+        return (
+            *motion,
             *laws,
             *self._closing(),
             *_defined(own["acceleration"], W * F + own["b"]),
@@ -460,7 +468,6 @@ class PluralContacts(ContactStates):
             self._modes(),
             (Choice(first),),
             memory=(*(s for c in self.interfaces for s in c.memory), *self.impulses),
-            terms=self.terms,
             parts=tuple(c.part for c in self.interfaces),
             preference={"liftoff": 1, "slip": -1, "impact": 0}[policy],
             impacts=self.impacts,

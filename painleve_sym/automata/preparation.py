@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.automata.automaton import Preparation
+from painleve_sym.automata.automaton import Definition, Preparation
 from painleve_sym.automata.interfaces import Interface
 from painleve_sym.automata.scales import (
     AT_REST,
@@ -21,6 +21,7 @@ from painleve_sym.automata.scales import (
 )
 from painleve_sym.mechanics.closed_within import closed_within, length_formula
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.solved import solved_motion
 from painleve_sym.mechanics.system import TIME
 
 
@@ -41,9 +42,11 @@ def preparation(
     force = sp.Dummy("initial_force", real=True)
     kinetic = terms("kinetic_energy", mechanism.system.kinetic_energy)
     numbers = []
-    for i, c in enumerate(mechanism.all_coefficients):
+    terms.all += motion_steps(mechanism)
+    solved = solved_motion(mechanism)
+    for i, c in enumerate(solved.coefficients if solved else mechanism.all_coefficients):
         own = {name: terms(name, getattr(c, name)) for name in ("W_nn", "W_tt", "b_n", "b_t")}
-        own["length"] = terms("length", length_formula(mechanism, i))
+        own["length"] = terms("length", length_formula(mechanism, i, c.W_nn))
         numbers.append({**own, "kinetic_energy": kinetic})
     states: dict[sp.Symbol, sp.Expr] = {}
     refused: list[Boolean] = []
@@ -75,6 +78,12 @@ def preparation(
         scales=_scales(mechanism, contacts, works, numbers, terms),
         terms=tuple(terms.all),
     )
+
+
+def motion_steps(mechanism: Mechanism) -> tuple[Definition, ...]:
+    """Return the steps that lead to accelerations, where these have no closed form."""
+    solved = solved_motion(mechanism)
+    return tuple(Definition(*step) for step in solved.steps.items()) if solved else ()
 
 
 def _contact_start(

@@ -174,7 +174,7 @@ class RigidContact(OneContact):
     # ---- the contact problem of the accelerations ----
 
     def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
-        c, name = self.mechanism.coefficients, SLIPS[slip]
+        c, name = self.coefficients, SLIPS[slip]
         moving, A, B = slip * self.slip, self.A(slip), c.B
         several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
         return (
@@ -185,7 +185,7 @@ class RigidContact(OneContact):
 
     def _resting_choices(self) -> tuple[Choice, ...]:
         """At v_t = 0 (to be tried after both slips): lift-off, stick, or the onset of a slip."""
-        c, rest = self.mechanism.coefficients, is_zero(self.slip)
+        c, rest = self.coefficients, is_zero(self.slip)
         onsets = []
         for slip, name in SLIPS.items():
             for sign, target in ((1, name), (-1, f"{name}_unstable")):
@@ -204,7 +204,7 @@ class RigidContact(OneContact):
 
         At the edge of the cone it sticks.
         """
-        c, W_tt = self.mechanism.coefficients, self.mechanism.coefficients.W_tt
+        c, W_tt = self.coefficients, self.coefficients.W_tt
         static = self.interface.static_coefficient
         if not c.rank_one:
             friction, terms = self.tangential_force("stick", c.stick_force), sp.Abs(c.b_t)
@@ -221,7 +221,7 @@ class RigidContact(OneContact):
     @property
     def _closed_margin(self) -> sp.Expr:
         """By how much B′ of a rank-one W is less than rounding."""
-        c = self.mechanism.coefficients
+        c = self.coefficients
         terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
         return RATE_ROUNDING * terms - sp.Abs(c.W_tt * c.B_stick)
 
@@ -260,7 +260,7 @@ class RigidContact(OneContact):
         return Mode(FLIGHT, self.field(None, _ZERO), (land, *self.domain_ends), outputs)
 
     def _slip(self, contact: str, unstable: bool) -> Mode:
-        c, s = self.mechanism.coefficients, CONTACTS[contact]
+        c, s = self.coefficients, CONTACTS[contact]
         sign = -1 if unstable else 1
         stop = self.slip_stop(s, (Choice(DECISION),))
         # Where F_n crosses zero from above: A > 0, B reaches 0 from below; A < 0, B from above.
@@ -272,7 +272,7 @@ class RigidContact(OneContact):
         return self.held_mode(name, contact, self.slip_force(s), (stop, lift, meet))
 
     def _stick(self) -> Mode:
-        c = self.mechanism.coefficients
+        c = self.coefficients
         if c.rank_one:
             # Of the forces that are open it has those without friction.
             lift = self.transition("liftoff", EventKind.LIFTOFF, -c.B, (Choice(DECISION),))
@@ -293,7 +293,7 @@ class RigidContact(OneContact):
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated; modes that cannot be reached under the policy are left out."""
         modes = [self._flight(), self._decision(), self._stick()]
-        if self.mechanism.coefficients.rank_one:
+        if self.coefficients.rank_one:
             modes.append(self.instant_mode(JAMMED, self.jam()))
         modes += [self._slip(n, u) for n in SLIPS.values() for u in (False, True)]
         modes += self.rays.modes(DECISION)

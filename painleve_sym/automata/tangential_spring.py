@@ -293,7 +293,7 @@ class TangentialSpringContact(CompliantContact):
 
     def _landing(self, change: BranchChange) -> tuple[tuple[Choice, ...], dict[sp.Symbol, sp.Expr]]:
         """Return slip where the force of the spring would outgrow friction, else stick."""
-        slides = self.interface.slides(change, self.mechanism.coefficients.b_n)
+        slides = self.interface.slides(change, self.coefficients.b_n)
         choices = (
             *(Choice(f"{SLIPS[s]}/{change.target}", slide) for s, slide in slides.items()),
             Choice(f"stick/{change.target}", departs=tuple(SLIPS.values())),

@@ -51,6 +51,11 @@ class ContactCoefficients:
             )
         return contact.J_T
 
+    @property
+    def free_acceleration(self) -> sp.Matrix:
+        """M⁻¹ h: q̈ without contact forces, shape (n, 1)."""
+        return self.contact.system.free_acceleration
+
     def _delassus(self, left: sp.Matrix, right: sp.Matrix) -> sp.Expr:
         return readable((left * self.contact.system.inverse_mass_matrix * right.T)[0])
 
@@ -65,7 +70,7 @@ class ContactCoefficients:
     @cached_property
     def b(self) -> sp.Matrix:
         """Accelerations without contact forces, rows n and tangents, as a column; m/s²."""
-        free = self.contact.J * self.contact.system.free_acceleration
+        free = self.contact.J * self.free_acceleration
         return (free + self.contact.biases).applyfunc(readable)
 
     @cached_property
@@ -86,13 +91,13 @@ class ContactCoefficients:
     @cached_property
     def b_n(self) -> sp.Expr:
         """Normal acceleration without contact forces; m/s²."""
-        free = (self.contact.J_N * self.contact.system.free_acceleration)[0]
+        free = (self.contact.J_N * self.free_acceleration)[0]
         return readable(free + self.contact.normal_bias)
 
     @cached_property
     def b_t(self) -> sp.Expr:
         """Tangential acceleration without contact forces; m/s²."""
-        free = (self._J_T * self.contact.system.free_acceleration)[0]
+        free = (self._J_T * self.free_acceleration)[0]
         return readable(free + self.contact.tangential_bias)
 
     @cached_property
@@ -210,4 +215,4 @@ class ContactCoefficients:
     def accelerations(self) -> sp.Matrix:
         """q̈ as a function of state, F_n and F_t, shape (n, 1)."""
         normal, tangential = self.force_directions
-        return self.contact.system.free_acceleration + normal * F_N + tangential * F_T
+        return self.free_acceleration + normal * F_N + tangential * F_T

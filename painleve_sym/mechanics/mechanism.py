@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.coefficients import ContactCoefficients
     from painleve_sym.mechanics.contact import Contact
     from painleve_sym.mechanics.shapes import Shape
+    from painleve_sym.mechanics.solved import SolvedMotion
     from painleve_sym.mechanics.system import LagrangianSystem
 
 
@@ -460,6 +461,14 @@ class Mechanism(Shown, Deferred):
         return tuple(ContactCoefficients(c) for c in self.contacts)
 
     @cached_property
+    def _solved_motion(self) -> SolvedMotion | None:
+        """Accelerations solved for step by step, where closed forms of them would be long."""
+        self.require_planar()
+        from painleve_sym.mechanics.solved import SolvedMotion, is_solved
+
+        return SolvedMotion(self) if is_solved(self) else None
+
+    @cached_property
     def drive_speeds(self) -> tuple[Expr, ...]:
         """Speeds of the surfaces, n1, t1, n2, t2, …; see `ContactCoefficients.drive_speeds`."""
         return tuple(v for c in self.all_coefficients for v in c.drive_speeds)
@@ -467,7 +476,8 @@ class Mechanism(Shown, Deferred):
     @cached_property
     def locked(self) -> bool:
         """Whether its only contact is bilateral and, with W of rank one, holds the slip as well."""
-        return self.outline.bilateral == (True,) and self.coefficients.A_stick == 0
+        held = self.outline.bilateral == (True,) and not self._solved_motion
+        return held and self.coefficients.A_stick == 0
 
     @cached_property
     def definition(self) -> str:
