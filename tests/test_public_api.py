@@ -27,7 +27,7 @@ PUBLIC = {
 PARTS = {
     *("Border", "Chatter", "CorrectedJumpRule", "CorrectedPhase", "CriticalForceFinder"),
     *("EnergyGain", "EventSensitivity", "Export", "Film", "FitData", "FitProblem", "FitResult"),
-    *("ForceDerivative", "FrozenEnd", "FrozenImpactSolver", "ImpactPhase", "ImpulsePhase"),
+    *("Fmu", "ForceDerivative", "FrozenEnd", "FrozenImpactSolver", "ImpactPhase", "ImpulsePhase"),
     *("LawsByContact", "NaturalPeriod", "Page", "Reproduction", "ReverseChatter"),
     *("Section", "Segment", "SingularLimit", "SlidingSolution", "Sweep"),
     *("ContactRisk", "LeastRisk", "RobotContact"),

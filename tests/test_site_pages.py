@@ -16,7 +16,7 @@ PAGES = sorted([*(DOCS / "tutorials").glob("*.md"), *(DOCS / "how-to").glob("*.m
 PAGES += [DOCS / "reference" / "cite.md", DOCS / "install.md"]
 SLOW = {"c-code", "cluster", "figure", "fit", "own-mechanism"}
 # Pages on other libraries, by the module that they import.
-LIBRARIES = {"drake": "pydrake", "mujoco": "mujoco", "pinocchio": "pinocchio"}
+LIBRARIES = {"drake": "pydrake", "fmu": "fmpy", "mujoco": "mujoco", "pinocchio": "pinocchio"}
 # Pages that show nothing to run.
 TEXT = {"explorer", "index", "newcomers-hour", "which-command"}
 

@@ -268,7 +268,10 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "certify": ("certify rod --over theta=0.2:1.4 --set mu=1.3 --out {folder}/rod.json",
                 "certify rod --over theta=0.2:1.4 --set mu=1.4",
                 "certify rod --over theta=0.2:1.4 --set mu=1.3 --check {folder}/rod.json"),
-    "export": ("export rod --law bilinear-hertz --out {folder}/c",),
+    "export": (
+        "export rod --law rigid --t-end 1e-3 --inputs mu --out {folder}/rod-c",
+        "export rod --law rigid --fmu --out {folder}/rod.fmu",
+    ),
     "automaton": ("automaton rod --law hertz",),
     "cache": ("cache",),
     "reproduce": ("reproduce --only table-1",),

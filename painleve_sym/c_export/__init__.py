@@ -1,4 +1,4 @@
-"""The motion as C code that stands alone."""
+"""The motion as C code that stands alone, and as a functional mock-up unit."""
 
 from painleve_sym.doors import door
 

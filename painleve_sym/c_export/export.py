@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from painleve_sym.c_export.files import ExampleCode, clashing_name, files
 from painleve_sym.checks import StateLike, names_of
@@ -20,6 +21,7 @@ from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.escape import c_name
 from painleve_sym.files import beside, file_path
 from painleve_sym.laws.catalogue import LawsLike
+from painleve_sym.motion.mechanism_with_laws import Start
 from painleve_sym.motion.refusals import checked_force
 from painleve_sym.motion.runs import simulator_of
 from painleve_sym.motion.simulator import Simulator
@@ -91,7 +93,8 @@ def export_c(
     watch : str or sequence of str
         Events that the code records besides those of the contacts, as for `simulate`.
     inputs : sequence of str
-        Parameters, such as loads, that ``NAME_simulate_from`` takes as an array of their own.
+        Parameters, such as loads, that ``NAME_simulate_from`` takes as an array of their own,
+        after those of each `Input` of the mechanism.
 
     Returns
     -------
@@ -113,46 +116,92 @@ def export_c(
     'rod'
     """
     target = empty_folder(file_path(folder, "export: folder"))
+    given = Given(t_end, until, rtol, max_steps, max_events, initial_force, inputs)
+    simulator = simulator_in_c(mechanism, law, engine, watch)
+    start = started(simulator, (state, parameters, law_parameters), given, name)
+    trajectory = simulator.follow(start.first, start.settings)
+    case = ExampleCode(**start.code, engine_name=trajectory.engine, trajectory=trajectory)
+    return _written(case, target, chosen=name is None)
+
+
+_Values = Mapping[str, Value] | None
+_At = tuple[StateLike | None, _Values, _Values]
+
+
+class Given(NamedTuple):
+    """Settings of an example or a unit, besides its start."""
+
+    t_end: Value | None
+    until: str | Sequence[str]
+    rtol: float
+    max_steps: int
+    max_events: int
+    initial_force: Value | None
+    inputs: Sequence[str]
+
+
+class Started(NamedTuple):
+    """A checked start of a motion, its settings, and the fields of `StartedCode`."""
+
+    first: Start
+    settings: RunSettings
+    code: dict[str, Any]
+
+
+def simulator_in_c(
+    mechanism: MechanismLike, law: LawsLike, engine: EngineLike, watch: str | Sequence[str]
+) -> Simulator:
+    """Return a simulator whose engine is in C."""
     if engine == EngineName.ERK:
         raise InputError("export: engine: got 'erk', need auto, taylor or compiled.")
-    simulator = simulator_of(mechanism, law, engine, watch)
+    return simulator_of(mechanism, law, engine, watch)
+
+
+def started(simulator: Simulator, at: _At, given: Given, name: str | None) -> Started:
+    """Return a checked start; `at` are state, parameters and those of the laws."""
     own = simulator.mechanism.name
     prefix = _checked_name(c_name(own) if name is None else name, name is None)
-    if t_end is None:
-        t_end = T_END["rigid" if simulator.rigid else "compliant"]
     compiler = find_compiler()
-    place = simulator.at(state, parameters, law_parameters)
-    bounds = {"max_steps": max_steps, "max_events": max_events}
-    given = {"t_end": t_end, "until": until, "rtol": rtol, **bounds}
-    settings = RunSettings.of(simulator.where, given)
-    force = None if initial_force is None else checked_force(simulator, initial_force)
-    trajectory = simulator.follow(simulator.start(place, force), settings)
-    case = ExampleCode(
-        name=prefix,
-        simulator=simulator,
-        engine_name=trajectory.engine,
-        trajectory=trajectory,
-        motion=simulator.start(place).state[: len(place.state)],
-        t_end=settings.t_end,
-        rtol=rtol,
-        until=(until,) if isinstance(until, str) else tuple(until),
-        limits={n: own for n, own in bounds.items() if own != getattr(RunSettings, n)},
-        initial_force=force,
-        compiler=compiler,
-        inputs=input_names(simulator, inputs),
-    )
-    return _written(case, target, chosen=name is None)
+    place = simulator.at(*at)
+    bounds = {"max_steps": given.max_steps, "max_events": given.max_events}
+    usual = T_END["rigid" if simulator.rigid else "compliant"]
+    t_end = usual if given.t_end is None else given.t_end
+    options = {"t_end": t_end, "until": given.until, "rtol": given.rtol, **bounds}
+    settings = RunSettings.of(simulator.where, options)
+    pressed = given.initial_force
+    force = None if pressed is None else checked_force(simulator, pressed)
+    first = simulator.start(place, force)
+    until = given.until
+    code = {
+        "name": prefix,
+        "simulator": simulator,
+        "compiler": compiler,
+        "inputs": input_names(simulator, given.inputs),
+        "parameters": place.parameters,
+        "motion": simulator.start(place).state[: len(place.state)],
+        "t_end": settings.t_end,
+        "rtol": given.rtol,
+        "until": (until,) if isinstance(until, str) else tuple(until),
+        "limits": {n: v for n, v in bounds.items() if v != getattr(RunSettings, n)},
+        "initial_force": force,
+    }
+    return Started(first, settings, code)
+
+
+def refuse_phases(scenario: Scenario) -> None:
+    """Raise InputError where what happens at known times is a part of a scenario."""
+    if scenario.phases or scenario.inputs:
+        raise InputError(
+            "export: got phases or inputs, and the code runs with the same parameters from start "
+            "to end. Fix: leave them out, and continue in C from each of these times with others."
+        )
 
 
 def export_scenario(
     scenario: Scenario, folder: str | Path, name: str | None = None, inputs: Sequence[str] = ()
 ) -> Export:
     """Write the C code of a scenario; see `export_c`."""
-    if scenario.phases or scenario.inputs:
-        raise InputError(
-            "export: got phases or inputs, and the code runs with the same parameters from start "
-            "to end. Fix: leave them out, and continue in C from each of these times with others."
-        )
+    refuse_phases(scenario)
     return export_c(
         scenario.mechanism(),
         scenario.contact_law(),
@@ -170,9 +219,13 @@ def export_scenario(
 
 
 def input_names(simulator: Simulator, inputs: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of parameters that are inputs; InputError for others."""
+    """Return the names of parameters that are inputs: those declared, then those given.
+
+    InputError for names of none.
+    """
     where = f"{simulator.where}: inputs"
-    names = names_of(inputs, where, "F")
+    declared = tuple(p.name for p in simulator.declared.by_name.values() if p.input_of)
+    names = declared + tuple(n for n in names_of(inputs, where, "F") if n not in declared)
     for name in names:
         refuse_unknown("parameter", name, simulator.declared.by_name, where)
     if len(set(names)) < len(names):

@@ -123,20 +123,39 @@ class MotionCode:
 
 
 @dataclass(frozen=True)
-class ExampleCode(MotionCode):
-    """One mechanism with its contact laws, and the example to run.
+class StartedCode(MotionCode):
+    """One mechanism with its contact laws, and a start from which it moves.
 
-    The trajectory is what the package computed for the example, `motion` its coordinates and
-    velocities at the start; `limits` are those of max_steps and max_events that were given.
+    `parameters` are those of mechanism and law, `motion` coordinates and velocities at the start;
+    `limits` are those of max_steps and max_events that were given.
     """
 
-    trajectory: Trajectory
+    parameters: Mapping[str, float]
     motion: Array
     t_end: float
     rtol: float
     until: tuple[str, ...]
     limits: Mapping[str, int]
     initial_force: float | None
+
+    @property
+    def option_lines(self) -> list[str]:
+        """Statements of C that set limits of ``options``, and the events that end a run."""
+        lines = [f"  options.{name} = {value};" for name, value in self.limits.items()]
+        for kind in dict.fromkeys(k.removeprefix(BEFORE) for k in self.until):
+            ends = (kind in self.until) + 2 * (BEFORE + kind in self.until)
+            lines.append(f"  options.until[{self.name}_event_{c_name(kind)}] = {ends};")
+        return lines
+
+
+@dataclass(frozen=True)
+class ExampleCode(StartedCode):
+    """One mechanism with its contact laws, and the example to run.
+
+    The trajectory is what the package computed for the example.
+    """
+
+    trajectory: Trajectory
 
     @property
     def entered(self) -> Places:
@@ -431,19 +450,14 @@ def _contact(case: MotionCode) -> str:
 
 
 def _main(case: ExampleCode) -> str:
-    values = case.trajectory.parameters
     rows = [
-        f"    {values[n]!r},  /* {n}: {c_comment(case.declared[n].unit)} */"
+        f"    {case.parameters[n]!r},  /* {n}: {c_comment(case.declared[n].unit)} */"
         for n in case.outline.parameter_names
     ]
     start = [
         f"    {value!r},  /* {n}: {c_comment(case.simulator.mechanism.state_units[n])} */"
         for n, value in zip(case.states, case.motion.tolist(), strict=False)
     ]
-    options = [f"  options.{name} = {value};" for name, value in case.limits.items()]
-    for kind in dict.fromkeys(k.removeprefix(BEFORE) for k in case.until):
-        ends = (kind in case.until) + 2 * (BEFORE + kind in case.until)
-        options.append(f"  options.until[{case.name}_event_{c_name(kind)}] = {ends};")
     force = case.initial_force
     return filled(
         "main.c",
@@ -455,7 +469,7 @@ def _main(case: ExampleCode) -> str:
             "press": "" if force is None else f"  {case.name}_press(p, x, {force!r});\n",
             "t_end": repr(case.t_end),
             "rtol": repr(case.rtol),
-            "options": "".join(f"{line}\n" for line in options),
+            "options": "".join(f"{line}\n" for line in case.option_lines),
         }
         | _printing(case),
     )

@@ -520,11 +520,13 @@ command(
 command(
     "export",
     "export",
-    "export the simulation as stand-alone C code",
+    "export the simulation as stand-alone C code or as an FMU",
     *CASE,
     *(option for option in MOTION if option.name not in ("--phases", "--inputs")),
-    text("--out DIR", "folder to write, absent or empty", required=True),
+    text("--out DIR", "folder to write, absent or empty; with --fmu a file .fmu", required=True),
     text("--name NAME", "prefix of the C names, by default the mechanism's name"),
+    flag("--fmu", "write a functional mock-up unit for co-simulation"),
+    text("--fmi VERSION", "version of FMI with --fmu: 3.0 (default) or 2.0"),
     text(
         "--inputs NAMES",
         "parameters that a caller gives for each step: F,u",
@@ -538,7 +540,8 @@ command(
         "the example main.c runs. Without --state it runs the mechanism's own start,\n"
         "without --t-end 0.01 s, of a rigid motion 1 s.\n\n"
         "  painleve export rod --law bilinear-hertz --law-set E=209e9 --out rod-c\n"
-        "  cd rod-c && cmake -B build && cmake --build build"
+        "  cd rod-c && cmake -B build && cmake --build build\n"
+        "  painleve export rod --law rigid --fmu --out rod.fmu"
     ),
 )
 

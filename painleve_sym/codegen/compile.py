@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -51,6 +51,10 @@ FLAGS = (
 Vectors made of statements side by side are off: gcc 12 contracts there against the flag before
 (products with sums and differences in turn become vfmaddsub).
 """
+
+
+PORTABLE = tuple(flag for flag in FLAGS if "native" not in flag)
+"""The flags of a library that other machines of its kind may run, too."""
 
 
 def flags() -> tuple[str, ...]:
@@ -331,11 +335,32 @@ def _compiled_parts(source: str, compiler: Compiler, folder: Path) -> list[Path]
         return list(pool.map(compiled, *zip(*parts, strict=True)))
 
 
-def _run(compiler: Compiler, target: Path, *arguments: str | Path) -> None:
+def portable_library(texts: Mapping[str, str], source: str) -> bytes:
+    """Return a shared library of one C file, `source` among texts by file name.
+
+    It runs on any machine of this kind, whatever its processor has.
+
+    Raises
+    ------
+    CompilerMissing, CompileError
+    """
+    compiler = find_compiler()
+    native = ("-mcpu=baseline",) if "ziglang" in compiler.command else ()
+    with work_folder(cache_folder()) as work:
+        for name, text in texts.items():
+            Path(work, name).write_text(text, "utf-8")
+        library = Path(work, "unit.so")
+        _run(compiler, library, *native, Path(work, source), "-lm", common=PORTABLE)
+        return library.read_bytes()
+
+
+def _run(
+    compiler: Compiler, target: Path, *arguments: str | Path, common: Sequence[str] = FLAGS
+) -> None:
     """Make `target`; CompileError where the compiler fails, or makes no file."""
     # A level that was asked for comes last: it decides.
     level = flags()[len(FLAGS) :]
-    command = [*compiler.command, *FLAGS, "-o", *map(str, (target, *arguments)), *level]
+    command = [*compiler.command, *common, "-o", *map(str, (target, *arguments)), *level]
     try:
         answer = _answer(command, env=environment(target.parent))
     except OSError as error:

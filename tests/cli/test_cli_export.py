@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import zipfile
 
 import pytest
 
@@ -47,6 +48,21 @@ def test_export_takes_a_scenario_file(capsys, tmp_path):
         assert part in text
 
 
+def test_export_writes_a_unit_for_co_simulation(capsys, tmp_path):
+    file = tmp_path / "rod.fmu"
+    words = (*ROD, *LAW, "--fmu", "--inputs", "mu", "--out", file)
+    data = run_json(capsys, *words)
+    assert data["fmi_version"] == "3.0" and data["inputs"] == ["mu"] and data["file"] == str(file)
+    assert {"theta", "normal_force", "mode", "E"} <= set(data["variables"])
+    with zipfile.ZipFile(file) as archive:
+        assert b'fmiVersion="3.0"' in archive.read("modelDescription.xml")
+    # A file that is there is replaced.
+    code, out, err = run(capsys, *words, "--fmi", "2.0")
+    assert (code, err) == (0, "") and "FMI 2.0" in out and "inputs: mu" in out
+    with zipfile.ZipFile(file) as archive:
+        assert b'fmiVersion="2.0"' in archive.read("modelDescription.xml")
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -63,6 +79,11 @@ def test_export_takes_a_scenario_file(capsys, tmp_path):
         ((*ROD, *LAW, "--out", "new", "--until", "landing"), "unknown event 'landing'"),
         ((*ROD, *LAW, "--out", "new", "--law-set", "E=-1"), "need"),
         (("export", "painleve-klein", *LAW, "--out", "new"), "use the law rigid"),
+        ((*ROD, *LAW, "--out", "new", "--inputs", "F"), "unknown parameter 'F'"),
+        ((*ROD, *LAW, "--out", "new", "--fmi", "2.0"), "--fmi: needs --fmu"),
+        ((*ROD, *LAW, "--out", "new.fmu", "--fmu", "--fmi", "1.0"), "unknown version of FMI"),
+        ((*ROD, *LAW, "--out", "new.zip", "--fmu"), "need one of .fmu"),
+        (("export", "rod-3d", *LAW, "--out", "new.fmu", "--fmu"), "in space"),
         (
             ("export", "rod", *LAW, "--engine", "erk", "--out", "new"),
             "need auto, taylor or compiled",
