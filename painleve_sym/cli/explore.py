@@ -7,6 +7,7 @@ import argparse
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file
 from painleve_sym.cli.output import print_json, show
+from painleve_sym.errors import InputError
 from painleve_sym.explorer.page import explore as explorer_page
 from painleve_sym.plain_data import plain_fields
 
@@ -15,6 +16,11 @@ def explore(arguments: argparse.Namespace) -> int:
     """Write the page and print its size."""
     path = output_file("--out", arguments.out, (".html",))
     scenario = read_case(arguments)
+    if scenario.phases or scenario.inputs:
+        raise InputError(
+            "explore: got phases or inputs, and a page computes motions with the same parameters "
+            "from start to end. Fix: leave them out."
+        )
     page = explorer_page(
         scenario.mechanism(),
         scenario.contact_law() if scenario.law is not None else None,

@@ -65,6 +65,9 @@ class _Pieces:
         self.t_end = float(settings.t_end)
         timetable.check(simulator.where, self.time, self.t_end)
         self.timetable = timetable.beginning(self._state(origin), self.time)
+        # What was in force before this motion began; a change at its beginning is one of its own.
+        self.since = -math.inf if origin is None else math.nextafter(self.time, -math.inf)
+        self.kinds = self.timetable.changes(self.since, -math.inf)
         self.runners: dict[Any, Simulator] = {}
         self.before: Simulator | None = None
         self.values: dict[str, float] = {}
@@ -83,10 +86,10 @@ class _Pieces:
 
     def run(self) -> list[Trajectory]:
         """Return the pieces up to the end, or to where the motion stops before."""
-        pieces, since = list[Trajectory](), -math.inf
+        pieces = list[Trajectory]()
         while True:
-            run, stop = self._piece(since)
-            since, self.time, self.last = self.time, stop, run
+            run, stop = self._piece(begins=not pieces)
+            self.since, self.time, self.last = self.time, stop, run
             pieces.append(run)
             if run.stop_reason is not StopReason.T_END or stop >= self.t_end:
                 return pieces
@@ -109,12 +112,12 @@ class _Pieces:
         self.left = replace(left, max_steps=steps, max_events=events)
         return None
 
-    def _piece(self, since: float) -> tuple[Trajectory, float]:
+    def _piece(self, begins: bool) -> tuple[Trajectory, float]:
         """Return the next piece and its end, with what changes at its beginning."""
-        given = self.timetable.changes(self.time, since)
-        given = {k: v for k, v in given.items() if k in _TABLES}
-        runner, stop = self._runner(), min(self.timetable.after(self.time), self.t_end)
-        if since == -math.inf:
+        change = self.timetable.changes(self.time, self.since, begins)
+        given = {k: v for k, v in change.items() if k in _TABLES}
+        runner, stop = self._runner(change), min(self.timetable.after(self.time), self.t_end)
+        if begins:
             given = {**self.given, **{k: {**(self.given.get(k) or {}), **given[k]} for k in given}}
         elif runner is not self.before:
             given = self._of_runner(runner, given)
@@ -141,10 +144,10 @@ class _Pieces:
         own = {n: before[n] for n in runner.declared.by_name if n in before}
         return runner.parameters(own | runner.given(*(given.get(k) for k in _TABLES)))
 
-    def _runner(self) -> Simulator:
-        """Return the simulator of the law and the contacts that there are from this time on."""
-        now = self.timetable.changes(self.time)
-        law, contacts = now.get("law"), now.get("contacts")
+    def _runner(self, change: Mapping[str, Any]) -> Simulator:
+        """Return the simulator of the law and the contacts that there are from a change on."""
+        self.kinds |= change
+        law, contacts = self.kinds.get("law"), self.kinds.get("contacts")
         key = repr(law), repr(contacts)
         if key not in self.runners:
             self.runners[key] = _simulator(self.simulator.stepped, law, contacts)

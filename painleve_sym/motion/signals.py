@@ -19,7 +19,7 @@ from painleve_sym.errors import InputError, received, refuse_unknown
 from painleve_sym.files import CsvFormat, CsvTable, file_path, read_csv
 from painleve_sym.units import factor, in_unit
 
-MAX_TIMES = 100_000
+MAX_TIMES = 50_000
 """Of a signal: each is the beginning of a piece of a motion."""
 _ARRAYS, _OF_FILE = ("times", "values"), ("file", "time", "column", "csv")
 _KEYS = (*_ARRAYS, "interpolation", *_OF_FILE)

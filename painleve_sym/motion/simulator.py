@@ -215,6 +215,8 @@ class Simulator(Compared, MechanismWithLaws):
         timetable: Timetable | None = None if origin is None else timetable_of(origin)
         pulsed = self.mechanism.outline.pulsed
         if timetable is not None or pulsed or any(c is not None for c in changes):
+            if timetable is not None and origin.record.simulator is not self:
+                timetable = timetable.since(origin.final_time)
             timetable = Timetable.of(self, *changes, before=timetable)
             return run_in_pieces(self, timetable, settings, {"state": state, **begins}, origin)
         if origin is None:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypedDict
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.checks import by_name, names_of, number
@@ -23,7 +26,7 @@ from painleve_sym.units import Value
 if TYPE_CHECKING:
     from painleve_sym.motion.simulator import Simulator
 
-MAX_PIECES = 100_000
+MAX_PIECES = 50_000
 """Of a motion: each keeps a record of its own."""
 _TABLES = ("parameters", "law_parameters")
 _KEYS = ("time", *_TABLES, "law", "contacts")
@@ -104,8 +107,17 @@ class Timetable(Compared):
 
     def after(self, time: float) -> float:
         """Return the next time of a phase or an input, s; inf where nothing changes."""
-        times = [float(p["time"]) for p in self.phases if p["time"] > time]
-        return min([math.inf, *times, *(s.after(time) for s in self.signals.values())])
+        following = self._times[bisect_right(self._times, time) :][:1]
+        return min([math.inf, *following, *(s.after(time) for s in self.signals.values())])
+
+    @cached_property
+    def _times(self) -> list[float]:
+        """Times of the phases, in order; s."""
+        return [float(phase["time"]) for phase in self.phases]
+
+    def since(self, time: float) -> Timetable:
+        """Return the timetable without the phases before a time."""
+        return replace(self, phases=self.phases[bisect_left(self._times, time) :])
 
     def pulsed(
         self, where: str, time: float, end: float, values: Mapping[str, float]
@@ -127,17 +139,20 @@ class Timetable(Compared):
         now = {name: own.value(within) for name, own in edges.items()}
         return (end if stop == last else stop - self.ahead), now
 
-    def changes(self, time: float, since: float = -math.inf) -> dict[str, Any]:
-        """Return all that is changed at a time, or was after an earlier one; see `Phase`."""
+    def changes(self, time: float, since: float, begins: bool = False) -> dict[str, Any]:
+        """Return all that changes after one time up to another; see `Phase`.
+
+        Where a motion `begins`, inputs have their values whether they change or not.
+        """
         total: dict[str, Any] = {name: {} for name in _TABLES}
-        for phase in self.phases:
-            if since < phase["time"] <= time:
-                tables = {name: {**total[name], **phase.get(name, {})} for name in _TABLES}
-                total = {**total, **phase, **tables}
+        first, end = (bisect_right(self._times, t) for t in (since, time))
+        for phase in self.phases[first:end]:
+            tables = {name: {**total[name], **phase.get(name, {})} for name in _TABLES}
+            total = {**total, **phase, **tables}
         total.pop("time", None)
         for name, signal in self.signals.items():
             place = signal.piece(time)
-            if place != signal.piece(since):
+            if begins or place != signal.piece(since):
                 total["parameters"].update(self._values(name, signal, place))
         return {name: value for name, value in total.items() if value or name not in _TABLES}
 
@@ -159,7 +174,14 @@ class Timetable(Compared):
         return {n: v for n, v in (("phases", phases), ("inputs", inputs)) if v}
 
     def check(self, where: str, begin: float, end: float) -> None:
-        """Raise InputError where an input is not known during a whole motion."""
+        """Raise InputError where an input is not known during a whole motion, or much changes."""
+        times = [self._times, *(signal.times for signal in self.signals.values())]
+        count = sum(int(np.sum((np.array(t) > begin) & (np.array(t) < end))) for t in times)
+        if count >= MAX_PIECES:
+            raise InputError(
+                f"{where}: got {count:,} times of changes from {begin:g} s to {end:g} s, need "
+                f"fewer than {MAX_PIECES:,}. Fix: end earlier, or continue from there."
+            )
         for name, signal in self.signals.items():
             first, last = float(signal.times[0]), signal.end
             if first > begin or last < end:
