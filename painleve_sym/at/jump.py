@@ -17,11 +17,17 @@ from painleve_sym.at.inputs import (
     refuse_place,
 )
 from painleve_sym.checks import StateLike
-from painleve_sym.choices import Restitution, RestitutionLike, chosen
+from painleve_sym.choices import (
+    ImpactFriction,
+    ImpactFrictionLike,
+    Restitution,
+    RestitutionLike,
+    chosen,
+)
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
+from painleve_sym.laws.restitution import RestitutionLaw, check_final_slip, restitution_law
 from painleve_sym.mechanics.declarations import ParameterSet
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism, Place
@@ -32,6 +38,9 @@ from painleve_sym.problem.impact.one_contact import Impact, ImpactEnd, solve_imp
 from painleve_sym.problem.rounding import MOVED
 from painleve_sym.units import Value
 
+_SEVERAL = (
+    "Several impulses obey the law of the final slip: this is the one of the least normal impulse."
+)
 Values = dict[str, float]
 """States and parameters by name."""
 
@@ -124,6 +133,10 @@ class JumpResult(Shown, Compared):
         Of the mechanism before the jump; J.
     contact : str
         Name of the contact.
+    impact_friction : ImpactFriction
+        Whether friction opposes the slip of each moment along the path, or the final slip.
+    is_unique : bool
+        Whether no other impulse obeys the law; see `Impact`.
 
     Examples
     --------
@@ -146,6 +159,8 @@ class JumpResult(Shown, Compared):
     velocity_before: Mapping[str, float]
     kinetic_energy: float
     contact: str
+    impact_friction: ImpactFriction = ImpactFriction.PATH
+    is_unique: bool = True
 
     def __repr__(self) -> str:
         """Return mechanism, law, class, end and energy in one line."""
@@ -157,9 +172,10 @@ class JumpResult(Shown, Compared):
 
     @property
     def notice(self) -> str:
-        """One sentence where the jump adds energy; else empty."""
+        """A sentence where the jump adds energy, and one where it is not the only one; or empty."""
         given = self.energy_change, self.kinetic_energy, self.restitution
-        return gain_notice(*given, (self.contact,))
+        gain = gain_notice(*given, (self.contact,))
+        return " ".join(text for text in (gain, "" if self.is_unique else _SEVERAL) if text)
 
     @property
     def velocity(self) -> Mapping[str, float]:
@@ -177,6 +193,8 @@ def evaluate_jump(
     restitution: RestitutionLaw | RestitutionLike,
     state: StateLike | None = None,
     *,
+    e: Value | None = None,
+    impact_friction: ImpactFrictionLike = ImpactFriction.PATH,
     parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
     contact_velocity: Sequence[float] | None = None,
@@ -196,8 +214,14 @@ def evaluate_jump(
     state : mapping of str to (float or str), optional
         Coordinates and velocities by name, those absent are 0; SI units, rad. The mechanism's
         `start` where no state is given.
+    e : float, optional
+        Coefficient of restitution, in [0, 1]; by default that of the law, 0.75.
+    impact_friction : ImpactFriction or its text
+        Which slip friction opposes: that of each moment along the ``path`` of the impulse, or the
+        ``final_slip``, which takes Newton's law; see `solve_impact`.
     parameters : mapping of str to float, optional
-        Parameters of the mechanism and of the restitution law; those absent keep their default.
+        Parameters of the mechanism; those absent keep their default. The restitution law's own name
+        of e, such as ``e_newton``, may stand among them in place of `e`.
     close : str, optional
         A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
         several contacts; see `at.closing.closed_state`.
@@ -235,11 +259,15 @@ def evaluate_jump(
     law = restitution
     if not isinstance(law, RestitutionLaw):
         law = restitution_law(chosen(Restitution, law, "restitution law", "jump"))
+    where = _where(mechanism)
+    friction = chosen(ImpactFriction, impact_friction, "impact friction", where)
     mechanism.require_one_contact()
+    if e is not None:
+        parameters = _with_coefficient(where, law.parameter.name, e, parameters or {})
     declared = ParameterSet(*mechanism.outline.parameters, law.parameter)
-    checks = {"declared": declared, "where": _where(mechanism)}
+    checks = {"declared": declared, "where": where}
     place = place_of(mechanism, state, parameters, close, contact_velocity, **checks)
-    result = jump_at(place, law)
+    result = jump_at(place, law, friction)
     for notice in border_notices(place):
         warnings.warn(notice, PainleveWarning, stacklevel=2)
     return result
@@ -249,7 +277,21 @@ def _where(mechanism: Mechanism) -> str:
     return f"jump of mechanism {mechanism.name!r}"
 
 
-def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
+def _with_coefficient(
+    where: str, name: str, e: Value, parameters: Mapping[str, Value]
+) -> dict[str, Value]:
+    """Return the parameters with e by its name there; InputError where it has it already."""
+    if name in parameters:
+        raise InputError(
+            f"{where}: got e = {e!r} and {name} = {parameters[name]!r} among the parameters, and "
+            "both are the coefficient of restitution. Fix: give it once, as e."
+        )
+    return {**parameters, name: e}
+
+
+def jump_at(
+    place: Place, law: RestitutionLaw, impact_friction: ImpactFriction = ImpactFriction.PATH
+) -> JumpResult:
     """Return the jump at a place with the law's coefficient; see `evaluate_jump`."""
     mechanism, values = place.mechanism, place.values
     where, of = _where(mechanism), Delassus.of(mechanism)
@@ -265,14 +307,17 @@ def jump_at(place: Place, law: RestitutionLaw) -> JumpResult:
             f"Fix: simulate the flight up to the next contact."
         )
     e = values[law.parameter.name]
-    impact = solve_impact((at.W + 0.0).tolist(), at.mu.item(), velocity, law, e)
+    check_final_slip(impact_friction, law, where)
+    W, mu = (at.W + 0.0).tolist(), at.mu.item()
+    impact = solve_impact(W, mu, velocity, law, e, impact_friction=impact_friction)
     if impact.case is ImpactClass.NO_IMPACT:
         raise InputError(f"{where}: {_no_impact(at, v_t)}")
     phases, energy = _of_impact(mechanism, values, moves, impact), impact.energy_change
     before = {name: values[name] for name in mechanism.outline.velocity_names}
     contact = mechanism.outline.contacts[0].name
     own = (impact.case, impact.end, before, moves.kinetic_energy.item(), contact)
-    return JumpResult(mechanism.name, law.name, tuple(v_t), phases, energy, *own)
+    read = impact.impact_friction, impact.is_unique
+    return JumpResult(mechanism.name, law.name, tuple(v_t), phases, energy, *own, *read)
 
 
 def contact_velocity_at(

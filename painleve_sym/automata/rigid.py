@@ -1,7 +1,8 @@
 """A rigid contact that can open: one of several, and the automaton of an only one.
 
 Between impacts the contact problem of the accelerations holds. An impact of the only contact is a
-chain of instantaneous modes, one per straight ray in the space of impulses (Routh's construction).
+chain of instantaneous modes, one per straight ray in the space of impulses (Routh's construction),
+or one mode by the final slip (Moreau).
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from painleve_sym.automata.automaton import (
 )
 from painleve_sym.automata.contact_forces import ContactMotion, Forces, Known, LocalMode, Memory
 from painleve_sym.automata.contact_states import OneContact
+from painleve_sym.automata.final_slip import FinalSlip
 from painleve_sym.automata.impact_rays import APPROACH, MEMORY, RATE_ROUNDING, ImpactRays
 from painleve_sym.automata.interfaces import (
     RUBBING,
@@ -37,6 +39,7 @@ from painleve_sym.automata.interfaces import (
     zero_factor,
 )
 from painleve_sym.automata.model import CONTACT, CONTACTS, FLIGHT, SLIPS
+from painleve_sym.choices import ImpactFriction
 from painleve_sym.errors import EventKind
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.impact.impulse_rays import raw
@@ -162,9 +165,12 @@ class RigidContact(OneContact):
         return RigidInterface(self.rows[0], CONTACT, self.model.rigid_law)
 
     @cached_property
-    def rays(self) -> ImpactRays:
+    def rays(self) -> ImpactRays | FinalSlip:
         """Modes of an impact."""
-        return ImpactRays(self, restitution_law(self.model.rigid_law.restitution))
+        given = self.model.rigid_law
+        by_final_slip = given.impact_friction is ImpactFriction.FINAL_SLIP
+        modes = FinalSlip if by_final_slip else ImpactRays
+        return modes(self, restitution_law(given.restitution))
 
     @cached_property
     def singular_points(self) -> dict[int, SingularPoint]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from painleve_sym.at.inputs import border_notices
 from painleve_sym.at.jump import JumpResult
 from painleve_sym.at.tangential import TangentialImpact
+from painleve_sym.choices import ImpactFriction
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.corrected import corrected_data, show_corrected
 from painleve_sym.cli.options import OTHER_FORMATS, figure_file, output_file, read_look
@@ -132,6 +133,7 @@ def jump_data(impact: JumpResult) -> dict[str, Any]:
     return {
         "mechanism": impact.mechanism,
         "rule": impact.restitution,
+        "impact_friction": impact.impact_friction,
         **plain_fields(impact, "slip_velocity", "case", "end", "phases"),
         "initial": {"velocity": dict(impact.velocity_before)},
         "final": {"velocity": dict(impact.velocity)},
@@ -140,12 +142,19 @@ def jump_data(impact: JumpResult) -> dict[str, Any]:
     }
 
 
+_OPPOSED = {
+    ImpactFriction.PATH: "friction opposes the slip of each moment (impact_friction path)",
+    ImpactFriction.FINAL_SLIP: "friction opposes the slip after it (impact_friction final_slip)",
+}
+
+
 def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     from painleve_sym.laws.restitution import restitution_law
 
     rule = restitution_law(impact.restitution)
     value = scenario.coefficient_of(rule)
     show(f"{rule.title}, {rule.parameter.name} = {number(value)}")
+    show(_OPPOSED[impact.impact_friction])
     show()
     tangents = len(impact.slip_velocity)
     impulses = (f"P_{axis} [N s]" for axis in axis_names(tangents))

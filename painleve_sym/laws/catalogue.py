@@ -26,6 +26,10 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 
 CHOICE_NOTES: Mapping[str, str] = {
     Reload.VIRGIN: "thermodynamically inadmissible: each reload creates energy; for reproduction",
+    ImpactFriction.PATH: "the slip of each moment along the path of the impulse, which friction "
+    "opposes (Routh); several contacts that push together by Newton's law have the final slip",
+    ImpactFriction.FINAL_SLIP: "the slip after the impact, which friction opposes, as in time "
+    "stepping (Moreau); with Newton's law",
     Friction.STATIC: "mu in slip, and static_ratio mu (1.25 mu) before slip starts",
     Friction.STRIBECK: "static_ratio mu (1.25 mu) before slip starts, falling to mu with the slip "
     "velocity over stribeck_velocity (0.01 m/s)",

@@ -110,9 +110,11 @@ class RigidLaw:
 
     @property
     def source(self) -> str:
-        """Works on rigid contact, and on the laws of restitution and friction."""
+        """Works on rigid contact and its impacts, and on the laws of restitution and friction."""
+        by_path = self.impact_friction is ImpactFriction.PATH
+        impact = "Routh (1905)" if by_path else "Moreau (1988)"
         own = restitution_law(self.restitution).source, self.friction.source
-        return "; ".join(("Routh (1905)", "Génot & Brogliato (1999)", *filter(None, own)))
+        return "; ".join((impact, "Génot & Brogliato (1999)", *filter(None, own)))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -36,7 +36,8 @@ class EventRecord(Shown, Compared):
         δ = −g_N; m.
     alternatives : tuple of str
         Rigid motion, where there were several solutions: the modes of all those of the contact
-        problem, and ``reverse_chatter`` where a contact at rest can also leave in growing bounces.
+        problem, also that of an impact of several contacts by the final slip, and
+        ``reverse_chatter`` where a contact at rest can also leave in growing bounces.
     contact : str
         Name of the contact; empty where all contacts are meant.
     impulses : tuple of float

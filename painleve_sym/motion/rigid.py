@@ -1,6 +1,6 @@
 """Details of the motion of rigid contacts besides its events.
 
-All solutions of a contact problem that has several, and growing bounces.
+All solutions of a contact problem or an impact that has several, and growing bounces.
 """
 
 from __future__ import annotations
@@ -14,11 +14,14 @@ from painleve_sym.at.cases import contact_problem
 from painleve_sym.at.classification import solution_name
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.automata.model import ContactModel
+from painleve_sym.choices import ImpactFriction
 from painleve_sym.errors import EventKind, InputError
 from painleve_sym.motion.records import EventRecord
 from painleve_sym.motion.singular_limit import ReverseChatter
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.chatter import REVERSE_CHATTER, Chatter, chatter
+from painleve_sym.problem.law import EQUAL
+from painleve_sym.problem.solution import ContactSolution
 
 if TYPE_CHECKING:
     from painleve_sym.motion.mechanism_with_laws import MechanismWithLaws
@@ -72,14 +75,60 @@ def _of_several(
     solutions = problem.solutions()
     if len(solutions) < 2:
         return ()
+    several = (*_names(solutions, closed, len(gaps)), "impact")
+    return several if len(several) > 2 else ()
+
+
+def _names(
+    solutions: Sequence[ContactSolution], closed: Sequence[int], contacts: int
+) -> tuple[str, ...]:
+    """Return the names of the motions of all contacts, each once."""
     names = []
     for solution in solutions:
-        modes = ["flight"] * len(gaps)
+        modes = ["flight"] * contacts
         for i, mode in zip(closed, solution.modes, strict=True):
             modes[i] = "flight" if mode.value == "liftoff" else mode.value
         names.append(" + ".join(modes))
-    several = (*dict.fromkeys(names), "impact")
-    return several if len(several) > 2 else ()
+    return tuple(dict.fromkeys(names))
+
+
+def final_slips(
+    simulator: MechanismWithLaws, before: Mapping[str, float], values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return what several contacts may do after an impact by the final slip; none for one answer.
+
+    One contact has one answer (`FinalSlip`).
+    """
+    contact = simulator.contact
+    if contact.rigid_law.impact_friction is not ImpactFriction.FINAL_SLIP:
+        return ()
+    gaps, rates, slips = np.array([[before[n] for n in r] for r in contact.rows]).T
+    closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] <= 0]
+    of = [contact.own_laws[i].parameters for i in closed]
+    e = np.array([values[own[0].name] if own else 0.0 for own in of])
+    mechanism = simulator.mechanism
+    at = Delassus.of(mechanism).at({**before, **values}).of_contacts(closed)
+    b = np.ravel([(1 + e) * rates[closed], slips[closed]], order="F")
+    bilateral = np.array(mechanism.outline.bilateral)[closed]
+    solutions = ContactProblem(at.W, b, at.mu, np.zeros(len(closed)), bilateral).solutions()
+    if not np.any(rates[closed] < 0):
+        least = EQUAL * np.max(np.abs(b), initial=0.0)
+        solutions = tuple(s for s in solutions if np.any(np.abs(s.accelerations - b) > least))
+    open_ = len(solutions) > 1 or any(s.moves for s in solutions)
+    return _names(solutions, closed, len(gaps)) if open_ else ()
+
+
+def final_slip_notices(events: Sequence[EventRecord]) -> tuple[str, ...]:
+    """Return a sentence where impacts have several answers by the final slip."""
+    open_ = [e for e in events if e.kind is EventKind.IMPACT and e.alternatives]
+    if not open_:
+        return ()
+    first, more = open_[0], f" So it is in {len(open_)} impacts." * (len(open_) > 1)
+    return (
+        f"At t = {first.time:.9g} s the impact has several final slips "
+        f"({', '.join(first.alternatives)}), of which that of the least normal impulse is "
+        f"taken.{more}",
+    )
 
 
 def growing_bounces(

@@ -27,7 +27,7 @@ from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains
 from painleve_sym.motion.pressed_start import PressedStart, pressed_starts
 from painleve_sym.motion.pressing import ContactSurface, contact_surfaces
 from painleve_sym.motion.records import EventRecord
-from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
+from painleve_sym.motion.rigid import alternatives, chatter_at, final_slips, growing_bounces
 from painleve_sym.motion.rigidity import BodyPeriod, body_periods
 from painleve_sym.motion.singular_limit import ReverseChatter
 from painleve_sym.version import __version__
@@ -214,6 +214,8 @@ class RunRecord:
                 several = alternatives(simulator, state, self.start.place.parameters)
             if simulator.strikes and kind is EventKind.IMPACT:
                 impulses = tuple(rows.memory_after[i, -count:].tolist())
+                before = dict(zip(outline.state_names, rows.state_before[i].tolist(), strict=True))
+                several = final_slips(simulator, before, self.start.place.parameters)
             records.append(
                 EventRecord(
                     time=float(rows.time[i]),

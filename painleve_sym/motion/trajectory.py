@@ -43,6 +43,7 @@ from painleve_sym.motion.records import (
     MotionNames,
     Segment,
 )
+from painleve_sym.motion.rigid import final_slip_notices
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.run_record import RunRecord, StoredRecord
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
@@ -267,6 +268,7 @@ class Trajectory(Shown, Compared):
         pressed = self.record.surfaces if self.evaluator else ()
         hard = pressing_notices(pressed, self.events, self.final_outputs) if pressed else ()
         past = (*past_notices(self.record.pressed_starts), *several_notices(self.events))
+        past += final_slip_notices(self.events)
         return (*past, *gained, *rigidity_notices(durations, periods), *hard)
 
     @property

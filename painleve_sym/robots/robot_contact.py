@@ -24,7 +24,13 @@ from painleve_sym.at.positive import (
     shares,
 )
 from painleve_sym.checks import by_name, number, spatial_mobility_faults, whole_number
-from painleve_sym.choices import Restitution, RestitutionLike, chosen
+from painleve_sym.choices import (
+    ImpactFriction,
+    ImpactFrictionLike,
+    Restitution,
+    RestitutionLike,
+    chosen,
+)
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.errors import (
     CompilerMissing,
@@ -220,6 +226,7 @@ class RobotContact:
         velocities: Mapping[str, Value] | None = None,
         *,
         contact_velocity: Sequence[float] | None = None,
+        impact_friction: ImpactFrictionLike = ImpactFriction.PATH,
     ) -> JumpResult:
         """Return the impact of the contact at the pose: phases, impulses, velocities after it.
 
@@ -236,6 +243,8 @@ class RobotContact:
             Coefficient of restitution, by default 0.75.
         velocities, contact_velocity
             As for `classify`.
+        impact_friction : ImpactFriction or its text
+            Which slip friction opposes: ``path`` or ``final_slip``; see `evaluate_jump`.
 
         Raises
         ------
@@ -251,10 +260,15 @@ class RobotContact:
         ['tangential', 'sticking compression', 'sticking restitution']
         """
         law = restitution_law(chosen(Restitution, restitution, "restitution law", "jump"))
-        parameters = {"mu": mu} | ({} if e is None else {law.parameter.name: e})
         state, _ = self._named(velocities, None)
         return evaluate_jump(
-            self.mechanism, law, state, parameters=parameters, contact_velocity=contact_velocity
+            self.mechanism,
+            law,
+            state,
+            e=e,
+            impact_friction=impact_friction,
+            parameters={"mu": mu},
+            contact_velocity=contact_velocity,
         )
 
     def _named(

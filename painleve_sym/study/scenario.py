@@ -19,7 +19,7 @@ from painleve_sym.at.jump import JumpResult, jump_at
 from painleve_sym.at.tangential import TangentialImpact, tangential_impact_at
 from painleve_sym.automata.watch import read_watch, watch_texts
 from painleve_sym.checks import number, whole_number
-from painleve_sym.choices import EngineName, Restitution, chosen
+from painleve_sym.choices import EngineName, ImpactFriction, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import is_robot_file, model
 from painleve_sym.engines.protocol import BEFORE, RunSettings
 from painleve_sym.errors import EventKind, InputError, refuse_unknown, unknown_name
@@ -334,7 +334,7 @@ class Scenario(CaseSettings):
                 f"{closing_hint(mechanism, 0)}; or use simulate with a law."
             )
         try:
-            return jump_at(place, rule)
+            return jump_at(place, rule, ImpactFriction(self.impact_friction))
         except InputError:
             raise
         except (ValueError, ArithmeticError) as error:
@@ -601,6 +601,7 @@ def misplaced(name: str, of_law: Sequence[Parameter] | None) -> str:
 _OF_TYPE: Mapping[str, Reader] = {
     "EngineLike": _read_choice(EngineName),
     "Mapping[str, float]": _read_table,
+    "ImpactFrictionLike": _read_choice(ImpactFriction),
     "RestitutionLike": _read_choice(Restitution),
     "Sequence[str]": _read_watch,
     "int": _read_count,

@@ -9,7 +9,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
-from painleve_sym.choices import EngineLike, EngineName, Restitution, RestitutionLike
+from painleve_sym.choices import (
+    EngineLike,
+    EngineName,
+    ImpactFriction,
+    ImpactFrictionLike,
+    Restitution,
+    RestitutionLike,
+)
 
 
 class Setting(NamedTuple):
@@ -106,6 +113,11 @@ class CaseSettings:
     )
     rule: RestitutionLike = _of(  # noqa: RUF009 - a field
         "jump", f"RULE: {', '.join(Restitution)}; energetic by default", Restitution.ENERGETIC
+    )
+    impact_friction: ImpactFrictionLike = _of(  # noqa: RUF009 - a field
+        "jump",
+        "SLIP: that friction opposes: path, of each moment (default), or final_slip, by newton",
+        ImpactFriction.PATH,
     )
     robot: Mapping[str, Any] = field(default_factory=dict)
     csv: Mapping[str, Any] = field(default_factory=dict)

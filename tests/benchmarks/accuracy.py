@@ -334,7 +334,7 @@ def time_stepping() -> dict[str, Any]:
             exact = rigid.run(state, t_end=t_end, parameters={"e_newton": e})
             errors = []
             for h in LENGTHS:
-                run = stepper.run(state, step=h, t_end=t_end, e_newton=e)
+                run = stepper.run(state, step=h, t_end=t_end, e=e)
                 errors.append(max(abs(run.final[n] - exact.final[n]) for n in COMPARED))
             line = {"errors": errors, "orders": orders(LENGTHS, errors)}
             result["schemes"][scheme][name] = line

@@ -122,7 +122,7 @@ def test_the_law_of_a_page_is_that_of_simulate_and_virgin_only_of_the_papers_pre
     assert [[m[key] for key in shown] for m in motions] == [
         ["bilinear-hertz", {"reload": "elastic"}],
         ["bilinear-hertz", {"reload": "virgin"}],
-        ["rigid", {"restitution": "energetic", "policy": "liftoff"}],
+        ["rigid", dict(ps.RigidLaw().choices)],
     ]
     assert motions[0]["choices"] == dict(ps.law("bilinear-hertz").choices)
     assert data["initial"]["reload"] == "elastic"

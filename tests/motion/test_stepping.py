@@ -80,7 +80,7 @@ def test_inconsistent_state_jumps_to_rest_in_one_step(stepper, solver):
 
 
 def test_newtons_restitution_changes_nothing_at_the_inconsistent_state(stepper):
-    runs = [stepper.run(INCONSISTENT, step=1e-3, t_end=2e-3, e_newton=e) for e in (0, 0.75)]
+    runs = [stepper.run(INCONSISTENT, step=1e-3, t_end=2e-3, e=e) for e in (0, 0.75)]
     assert runs[0].states == pytest.approx(runs[1].states, abs=1e-15)
 
 
@@ -155,7 +155,7 @@ def test_energy_falls_in_slip_by_the_contact_work(stepper):
 def test_plain_bounce_has_newtons_restitution(stepper, e):
     """An upright rod: the normal of the contact passes through the centre."""
     state = {"theta": math.pi / 2, "y_A_dot": -1.0}
-    run = stepper.run(state, step=1e-3, t_end=1e-3, e_newton=e)
+    run = stepper.run(state, step=1e-3, t_end=1e-3, e=e)
     # J is taken at half the step; the approach is that before the step.
     assert run.final["y_A_dot"] == pytest.approx(e, abs=1e-12)
 
@@ -257,8 +257,8 @@ def test_run_ends_when_the_solves_are_used_up(stepper):
         ({"step": 1e-12}, "at most 1000000"),
         ({"t_end": float("inf")}, "t_end: got inf"),
         ({"solver": "lemk"}, "Did you mean 'lemke'?"),
-        ({"e_newton": 1.5}, "0 <= e_newton <= 1"),
-        ({"e_newton": float("nan")}, "0 <= e_newton <= 1"),
+        ({"e": 1.5}, "0 <= e <= 1"),
+        ({"e": float("nan")}, "0 <= e <= 1"),
         ({"parameters": {"mass": 1.0}}, "unknown parameter 'mass'"),
     ],
 )
@@ -274,4 +274,4 @@ def test_starts_inside_the_ground_unknown_schemes_and_plastic_schemes_are_refuse
     with pytest.raises(InputError, match="Did you mean 'moreau-jean'"):
         TimeStepper(rod(), "moreau")
     with pytest.raises(InputError, match="plastic"):
-        TimeStepper(rod(), "stewart-trinkle").run(SLIDING, step=1e-3, t_end=1e-2, e_newton=0.5)
+        TimeStepper(rod(), "stewart-trinkle").run(SLIDING, step=1e-3, t_end=1e-2, e=0.5)

@@ -11,6 +11,7 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
@@ -281,13 +282,23 @@ TWO = BALL.replace('"floor"\ngap = "y"', '"ceiling"\ngap = "1 - y"') + BALL[BALL
 REBOUNDS = (3.12, 3.10, 3.08, 3.16, 3.13)
 
 
-@pytest.mark.parametrize(("text", "event"), [(BALL, "impact_end"), (TWO, "impact")])
-def test_rigid_impacts_are_fitted_without_naming_their_event(tmp_path, text, event):
+EACH = {name: RigidLaw("newton", impact_friction="final_slip") for name in ("floor", "ceiling")}
+
+
+@pytest.mark.parametrize(
+    ("text", "event", "law", "name"),
+    [
+        (BALL, "impact_end", "rigid", "e_energetic"),
+        (TWO, "impact", "rigid", "e_energetic"),
+        (TWO, "impact", EACH, "e_newton_floor"),
+    ],
+)
+def test_rigid_impacts_are_fitted_without_naming_their_event(tmp_path, text, event, law, name):
     """e is the mean rebound over sqrt(2 g h); its error is that of the mean of Gaussian numbers."""
     rows = "\n".join(f"0.65,{v}" for v in REBOUNDS)
     (tmp_path / "drops.csv").write_text(f"start y [m],end y_dot [m/s]\n{rows}\n")
     speed = np.sqrt(2 * 9.81 * 0.65)
-    arguments = (mechanism_from_text(text), "rigid", tmp_path / "drops.csv", "e_energetic")
+    arguments = (mechanism_from_text(text), law, tmp_path / "drops.csv", name)
     fitted = fit(*arguments)
     assert fitted.estimate[0] == pytest.approx(np.mean(REBOUNDS) / speed, rel=1e-8)
     error = np.std(REBOUNDS, ddof=1) / np.sqrt(len(REBOUNDS)) / speed

@@ -33,6 +33,7 @@ GIVEN = {
     "contact_velocity": [-1.0, 2.0],
     "restitution": 0.5,
     "rule": "poisson",
+    "impact_friction": "final_slip",
 }
 OF_RUNS = [n for n in GIVEN if SETTINGS[n].group in ("case", "law", "motion", "run")]
 

@@ -34,6 +34,9 @@ class ImpactClass(enum.StrEnum):
         P_t > P_c within restitution, and |W_nt| ≤ μ W_tt.
     R_REVERSED
         P_t > P_c within restitution, and |W_nt| > μ W_tt.
+    STICKING, REVERSED
+        Of an impact by the final slip (`ImpactFriction`), which has no course: v_t⁺ = 0, or slip
+        against the one before; its other class is ``SLIDING``.
 
     References
     ----------
@@ -46,11 +49,13 @@ class ImpactClass(enum.StrEnum):
     C_REVERSED = "c_reversed"
     R_STICKING = "r_sticking"
     R_REVERSED = "r_reversed"
+    STICKING = "sticking"
+    REVERSED = "reversed"
 
     @property
     def rays(self) -> tuple[str, ...]:
-        """The rays in order: of ``slip``, ``stick`` and ``reverse``."""
-        return _RAYS[self]
+        """The rays in order: of ``slip``, ``stick`` and ``reverse``; none without a course."""
+        return _RAYS.get(self, ())
 
     @classmethod
     def of_rays(cls, rays: Sequence[str], *, in_compression: bool = True) -> ImpactClass:
@@ -79,4 +84,4 @@ _RAYS: dict[ImpactClass, tuple[str, ...]] = {
     ImpactClass.R_REVERSED: ("slip", "reverse"),
 }
 CLASSES = tuple(_RAYS)[1:]
-"""The classes of an impact that takes place."""
+"""The classes of an impact along its path."""

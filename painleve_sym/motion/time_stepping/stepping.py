@@ -58,7 +58,7 @@ class SteppingRun(Compared):
     found in each step; −1 where the contact was open and none was asked.
 
     `contact_work` is the work of the impulses on the contact's velocity, Λ·(v⁺ + v_free)/2; J. It
-    is never positive with Newton's restitution `e_newton` = 0 and Moreau–Jean's scheme.
+    is never positive with Newton's restitution `e` = 0 and Moreau–Jean's scheme.
 
     It stops for T_END; LEFT_DOMAIN; NON_FINITE; NO_MODE where the solver has no solution;
     STEP_LIMIT where `max_solves` was used up.
@@ -68,7 +68,7 @@ class SteppingRun(Compared):
     scheme: str
     solver: str
     step: float
-    e_newton: float
+    e: float
     state_names: tuple[str, ...]
     times: Array
     states: Array
@@ -106,7 +106,8 @@ class TimeStepper:
     Moreau–Jean evaluates M and J half a step ahead, q + h u/2, and asks for contact where the gap
     there is closed; then c = e v_n⁻ (Newton's restitution). Stewart–Trinkle evaluates them at q and
     has c = g_N/h, so that the gap is closed at the end of the step: impacts are plastic. The scheme
-    is ``moreau-jean`` or ``stewart-trinkle``.
+    is ``moreau-jean`` or ``stewart-trinkle``. Friction opposes the slip after the step, in an
+    impact as in `ImpactFriction.FINAL_SLIP`, whatever the law of a rigid contact chooses.
     """
 
     mechanism: Mechanism
@@ -135,14 +136,14 @@ class TimeStepper:
         step: Value,
         t_end: Value,
         solver: str = "least-impulse",
-        e_newton: float = 0.0,
+        e: float = 0.0,
         parameters: Mapping[str, Value] | None = None,
         max_solves: int = MAX_STEPS,
     ) -> SteppingRun:
         """Step from t = 0 to `t_end` in steps h of (0, t_end], with one of `SOLVERS`; s.
 
-        Absent coordinates and velocities are 0, absent parameters have their defaults. `e_newton`
-        is Newton's coefficient of restitution, in [0, 1]; 0 with Stewart–Trinkle. Of a run that
+        Absent coordinates and velocities are 0, absent parameters have their defaults. `e` is
+        Newton's coefficient of restitution, in [0, 1]; 0 with Stewart–Trinkle. Of a run that
         stopped early `stop_reason` says why.
 
         Raises
@@ -152,8 +153,8 @@ class TimeStepper:
         """
         step = number(step, "step", where=self.where, unit="s")
         t_end = number(t_end, "t_end", where=self.where, unit="s")
-        self.check(step, t_end, solver, e_newton)
-        stepping, start = self._begin(state, parameters, solver, e_newton, max_solves)
+        self.check(step, t_end, solver, e)
+        stepping, start = self._begin(state, parameters, solver, e, max_solves)
         times = _times(step, t_end)
         states, impulses, counts, works, reason = stepping.through(start, times)
         return SteppingRun(
@@ -161,7 +162,7 @@ class TimeStepper:
             scheme=self.scheme,
             solver=solver,
             step=step,
-            e_newton=e_newton,
+            e=e,
             state_names=self.mechanism.state_names,
             times=times[: len(states)],
             states=np.array(states),
@@ -177,12 +178,12 @@ class TimeStepper:
         state: StateLike,
         step: float,
         *,
-        e_newton: float = 0.0,
+        e: float = 0.0,
         parameters: Mapping[str, Value] | None = None,
     ) -> ContactProblem | None:
         """Return the velocity-level problem of the first step; None where the contact is open."""
-        self.check(step, step, e_newton=e_newton)
-        stepping, start = self._begin(state, parameters, "first", e_newton, 1)
+        self.check(step, step, e=e)
+        stepping, start = self._begin(state, parameters, "first", e, 1)
         return stepping.problem(start, step)[0]
 
     def _begin(
@@ -190,14 +191,14 @@ class TimeStepper:
         state: StateLike,
         parameters: Mapping[str, Value] | None,
         solver: str,
-        e_newton: float,
+        e: float,
         max_solves: int,
     ) -> tuple[_Stepping, Array]:
         place = inside(self.mechanism.at(state, parameters, where=self.where))
         start = np.array(list(place.state.values()))
         at = self.numbers.at(place.values)
         closed = float(at.gap_tolerance[0])
-        stepping = _Stepping(self, place.parameters, SOLVERS[solver], e_newton, max_solves, closed)
+        stepping = _Stepping(self, place.parameters, SOLVERS[solver], e, max_solves, closed)
         gap = float(at.gap[0])
         if not gap >= -closed:
             raise InputError(
@@ -206,9 +207,7 @@ class TimeStepper:
             )
         return stepping, start
 
-    def check(
-        self, step: float, t_end: float, solver: str = "first", e_newton: float = 0.0
-    ) -> None:
+    def check(self, step: float, t_end: float, solver: str = "first", e: float = 0.0) -> None:
         """Raise InputError for options of `run` that cannot be used."""
         number(t_end, "t_end", where=self.where, above=0.0)
         if not (math.isfinite(step) and 0 < step <= t_end * (1 + 1e-9)):
@@ -221,11 +220,11 @@ class TimeStepper:
                 f"most {MAX_STEPS}. Fix: a longer step or an earlier end."
             )
         refuse_unknown("solver", solver, SOLVERS, self.where)
-        if not 0 <= e_newton <= 1:
-            raise InputError(f"{self.where}: e_newton: got {e_newton!r}, need 0 <= e_newton <= 1.")
-        if self.scheme == "stewart-trinkle" and e_newton > 0:
+        if not 0 <= e <= 1:
+            raise InputError(f"{self.where}: e: got {e!r}, need 0 <= e <= 1.")
+        if self.scheme == "stewart-trinkle" and e > 0:
             raise InputError(
-                f"{self.where}: e_newton: got {e_newton!r}, need 0 with the scheme "
+                f"{self.where}: e: got {e!r}, need 0 with the scheme "
                 "'stewart-trinkle', whose impacts are plastic. Fix: use 'moreau-jean'."
             )
 
@@ -243,7 +242,7 @@ class _Stepping:
     stepper: TimeStepper
     parameters: Mapping[str, float]
     solve: Callable[[ContactProblem], Answer]
-    e_newton: float
+    e: float
     max_solves: int
     closed: float
     """Gap up to which the contact is closed; m."""
@@ -289,7 +288,7 @@ class _Stepping:
         if not finite or (ahead and gap > self.closed):
             return None, terms
         if ahead:
-            shift = self.e_newton * float(at.gap_rate[0])
+            shift = self.e * float(at.gap_rate[0])
         else:
             shift = gap / h
         b_n, b_t = float(rates[0]) + shift, float(rates[1])

@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from painleve_sym.choices import ImpactFriction, ImpactFrictionLike, chosen
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
-from painleve_sym.laws.restitution import Measure, RestitutionLaw
+from painleve_sym.laws.restitution import Measure, RestitutionLaw, check_final_slip
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.plain_data import plain_fields
 from painleve_sym.problem.impact.energy_gain import least_energy_notice
+from painleve_sym.problem.impact.final_slip import final_slip_course
 from painleve_sym.problem.impact.inputs import impact_inputs
 from painleve_sym.problem.impact.path import ImpactPath, ImpactPhase
 from painleve_sym.problem.impact.spatial import InvariantDirection, course_in_space, invariant_ones
@@ -60,6 +62,11 @@ class Impact(Compared):
         impact; where it jams, those before the jam.
     W : tuple of tuple of float
         Mobility, rows and columns (n, t), in space (n, t1, t2); 1/kg.
+    impact_friction : ImpactFriction
+        Whether friction opposed the slip of each moment along the path, or the final slip.
+    is_unique : bool
+        Whether no other impulse obeys the law. In the plane it always is; in space several final
+        slips may be possible, and that of the least normal impulse is taken.
 
     Examples
     --------
@@ -92,6 +99,8 @@ class Impact(Compared):
         )
 
     W: tuple[tuple[float, ...], ...]
+    impact_friction: ImpactFriction = ImpactFriction.PATH
+    is_unique: bool = True
 
     @property
     def without_collision(self) -> bool:
@@ -131,9 +140,10 @@ class Impact(Compared):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        start = ("case", "end", "restitution", "velocity_before", "velocity")
+        start = ("case", "end", "restitution", "impact_friction", "is_unique")
+        velocities = "velocity_before", "velocity"
         sums = ("normal_impulse", "tangential_impulse", "energy_change")
-        return plain_fields(self, *start, *sums, "phases")
+        return plain_fields(self, *start, *velocities, *sums, "phases")
 
 
 def solve_impact(
@@ -142,6 +152,8 @@ def solve_impact(
     velocity: Sequence[float],
     restitution: RestitutionLaw | str = "energetic",
     e: float = 0.75,
+    *,
+    impact_friction: ImpactFrictionLike = ImpactFriction.PATH,
 ) -> Impact:
     """Return the complete solution of an impact of one contact with Coulomb friction.
 
@@ -173,6 +185,10 @@ def solve_impact(
         do in the impact of this single contact.
     e : float
         Coefficient of restitution of that law, in [0, 1].
+    impact_friction : ImpactFriction or its text
+        Which slip friction opposes: that of each moment, along the ``path`` above (Routh), or the
+        ``final_slip`` (Moreau), v_n⁺ = −e v_n⁻ with friction against v_t⁺, which takes Newton's
+        law. They agree where the path has one ray. An impact by the final slip has one phase.
 
     Returns
     -------
@@ -192,7 +208,8 @@ def solve_impact(
     References
     ----------
     Routh (1905); Keller (1986); Stronge (1990); Wang & Mason (1992); Nordmark, Dankowicz &
-    Champneys (2009). In space Bhatt & Koechling (1995); Batlle (1996); Jia & Wang (2017).
+    Champneys (2009). In space Bhatt & Koechling (1995); Batlle (1996); Jia & Wang (2017). By the
+    final slip Moreau (1988).
 
     Examples
     --------
@@ -208,9 +225,15 @@ def solve_impact(
     >>> [phase.name for phase in impact.phases]
     ['slip compression', 'slip restitution', 'sticking restitution']
     """
+    friction = chosen(ImpactFriction, impact_friction, "impact friction", "solve impact")
     given, (mu,), before, law, (e,) = impact_inputs(W, mu, velocity, restitution, e)
+    check_final_slip(friction, law, "solve impact")
+    is_unique = True
     try:
-        case, ended, phases = _course(given, mu, before, law.measure, law.share(e))
+        if friction is ImpactFriction.FINAL_SLIP:
+            case, ended, phases, is_unique = final_slip_course(given, mu, before, e)
+        else:
+            case, ended, phases = _course(given, mu, before, law.measure, law.share(e))
     except OverflowError as error:
         raise InputError(
             "solve impact: impulses or energies leave the range of floating point. "
@@ -221,7 +244,7 @@ def solve_impact(
     if case is not ImpactClass.NO_IMPACT:
         end = ImpactEnd.SEPARATION if after[0] > 0.0 else ImpactEnd.PERSISTENT
         end = end if ended else ImpactEnd.JAM
-    return Impact(case, end, law.name, before, after, phases, given)
+    return Impact(case, end, law.name, before, after, phases, given, friction, is_unique)
 
 
 def _course(

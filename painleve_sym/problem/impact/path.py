@@ -38,7 +38,8 @@ class ImpactPhase(Compared):
     ----------
     name : str
         ``tangential`` (slip that stops in compression), or slip, sticking or reverse slip
-        with compression or restitution, such as ``sticking compression``. Reverse slip begins
+        with compression or restitution, such as ``sticking compression``; by the final slip
+        ``slip``, ``sticking`` or ``reverse slip`` of the whole impact. Reverse slip begins
         after a stop: backwards in the plane, in space at some angle to the slip before.
     mode : ContactMode
         ``SLIP_POS``, ``SLIP_NEG``, in space ``SLIP``, or ``STICK``.

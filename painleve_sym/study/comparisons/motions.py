@@ -54,7 +54,7 @@ class MotionCase(Case):
         first_steps, parameters = [], self.place.parameters
         for h in steps:
             problem = self._stepper.first_problem(
-                self.place.state, h, e_newton=self.e, parameters=parameters
+                self.place.state, h, e=self.e, parameters=parameters
             )
             if problem is not None:
                 first_steps.append(FirstStep(h, problem.solutions()))
@@ -136,7 +136,7 @@ class MotionCase(Case):
                         step=h,
                         t_end=self.t_end,
                         solver=solver,
-                        e_newton=self.e,
+                        e=self.e,
                         parameters=self.place.parameters,
                         **options,
                     )

@@ -37,7 +37,8 @@ from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
 
 OWN_KEYS = ("axes", "sample", "keep", "events", "chunk", "format")
-UNUSED_KEYS = ("samples", "restitution", "rule", "contact_velocity", "robot", "csv")
+_OF_JUMPS = ("restitution", "rule", "impact_friction", "contact_velocity")
+UNUSED_KEYS = (*_OF_JUMPS, "samples", "robot", "csv")
 DEFAULT_CHUNK = 20_000
 MAX_CHUNK = 10_000_000
 FORMATS = ("nc", "npz", "zarr")
