@@ -7,7 +7,6 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST, StateLike, by_name, size_text
@@ -43,8 +42,7 @@ def given_arrays(
                 continue
             values[name], fault = numbers_of(f"{kind} {name}", entries, units[name])
             if kind == "parameter" and fault is None:
-                ends = (float(values[name].min()), float(values[name].max()))
-                fault = next(filter(None, map(declared[name].fault, ends)), None)
+                fault = next(filter(None, map(declared[name].fault, _ends(values[name]))), None)
             faults.append(fault)
     return values, list(filter(None, faults))
 
@@ -69,8 +67,15 @@ def _as_array(states: StateLike) -> StateLike:
     return states
 
 
-def numbers_of(name: str, given: ArrayLike, unit: str) -> tuple[Array, str | None]:
+def _ends(values: Array) -> tuple[float, ...]:
+    """Return the least and the largest number, or the only one."""
+    return (float(values.min()), float(values.max())) if values.ndim else (float(values),)
+
+
+def numbers_of(name: str, given: Any, unit: str) -> tuple[Array, str | None]:
     """Return the numbers of a quantity, or a sentence where it has others than finite ones."""
+    if type(given) is float and abs(given) <= LARGEST:  # as most are
+        return np.array(given), None
     if isinstance(given, str):
         given = in_unit(given, unit, name)
     try:

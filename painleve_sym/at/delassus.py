@@ -270,7 +270,7 @@ class Delassus:
         numbers = function.of_vector([values[name] for name in function.arguments])
         return self._contacts(numbers, values)[0]
 
-    def whole_at(self, values: Mapping[str, float]) -> tuple[ContactNumbers, MotionNumbers]:
+    def whole_at(self, values: Mapping[str, Any]) -> tuple[ContactNumbers, MotionNumbers]:
         """Return the numbers of the contacts at one state, and how impulses move the mechanism."""
         function = self.whole_quantities
         numbers = function.of_vector([values[name] for name in function.arguments])
@@ -287,7 +287,7 @@ class Delassus:
         return contacts, MotionNumbers(*moves)
 
     def _contacts(
-        self, numbers: list[float], values: Mapping[str, float], more: Shapes = ()
+        self, numbers: list[float], values: Mapping[str, Any], more: Shapes = ()
     ) -> tuple[ContactNumbers, list[Array]]:
         """Return the numbers at one state, and parts of the shapes `more` after them."""
         shapes = self._contact_shapes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -141,7 +142,9 @@ class CorrectedJumpRule:
         return {name: np.asarray(given.get(name, 0.0), float) for name in names}
 
     def _coefficients(self, point: Mapping[str, Array]) -> dict[str, Array]:
-        at, moves = Delassus.of(self.mechanism).whole_at_each(point)
+        of = Delassus.of(self.mechanism)
+        single = not any(values.ndim for values in point.values())
+        at, moves = of.whole_at(point) if single else of.whole_at_each(point)
         numbers = (at.W[0, 0], at.W[0, 1], at.W[1, 1], *at.b, *at.mu)
         coefficients = dict(zip((*COEFFICIENTS, "mu"), numbers, strict=True))
         coefficients |= {"slip_velocity": at.slip_velocity[0], "normal_velocity": at.gap_rate[0]}
@@ -216,21 +219,20 @@ def _rank_one(mechanism: Mechanism) -> bool:
 
         return {"rank_one": Integer(int(mechanism.coefficients.rank_one))}, ()
 
-    return bool(quantities("rank of W", mechanism, (), derive)({})["rank_one"])
+    return bool(quantities("rank of W", mechanism.definition, (), derive)({})["rank_one"])
 
 
 def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return time, impulses and ∫P dt of the part until the slip stops, and of the rest."""
-    phase = {name: np.nan_to_num(values) for name, values in impacts.phase.items()}
-    slip, real = impacts.phase["slip"], ~np.isnan(impacts.phase["slip"])
+    phase, slip = impacts.phase, impacts.phase["slip"]
     first = np.logical_and.accumulate((slip == slip[..., :1]) & moving[..., None], axis=-1)
+    real = ~np.isnan(slip)
     sums_of_parts = []
     for part in (first & real, ~first & real):
         own = np.where(part, phase["normal_impulse"], 0.0)
         # The impulse of the earlier phases of this part acts throughout a phase.
         moment = phase["impulse_time"] + (np.cumsum(own, axis=-1) - own) * phase["duration"]
-        sums = {n: phase[n] for n in SUMS}
-        sums["impulse_time"] = moment
+        sums = {name: phase[name] for name in SUMS} | {"impulse_time": moment}
         sums_of_parts.append({n: np.where(part, v, 0.0).sum(axis=-1) for n, v in sums.items()})
     return sums_of_parts[0], sums_of_parts[1]
 
@@ -311,6 +313,9 @@ class CorrectedJump(Compared):
         return float(sum(p.duration for p in self.phases))
 
 
+_law_of_name = functools.lru_cache(maxsize=64)(compliant_law)
+
+
 def evaluate_corrected_jump(
     mechanism: MechanismLike,
     law: ContactLaw | str,
@@ -354,7 +359,7 @@ def evaluate_corrected_jump(
     """
     mechanism = as_mechanism(mechanism)
     where = f"finite-stiffness jump of {mechanism.name!r}"
-    law = compliant_law(law) if isinstance(law, str) else law
+    law = _law_of_name(law) if isinstance(law, str) else law
     if not isinstance(law, ContactLaw):
         raise InputError(f"{where}: got {received(law)}, need a compliant law or its name.")
     declared = ParameterSet(*mechanism.outline.parameters, *law.parameters)

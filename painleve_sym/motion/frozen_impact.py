@@ -7,9 +7,10 @@ it. Its events divide it into phases; its impulses follow from the momentum bala
 from __future__ import annotations
 
 import enum
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from painleve_sym.errors import EventKind, InputError, StopReason, refuse_unknow
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.batch.inputs import RUNS, BatchInputs
+from painleve_sym.motion.runs import simulator_of
 from painleve_sym.motion.simulator import Simulator
 
 COEFFICIENTS = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")
@@ -66,7 +68,11 @@ class FrozenEnd(enum.StrEnum):
     @property
     def code(self) -> int:
         """Its place among the ends."""
-        return list(FrozenEnd).index(self)
+        return _CODES[self]
+
+
+_ENDS = tuple(FrozenEnd)
+_CODES = {end: i for i, end in enumerate(_ENDS)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +99,7 @@ class FrozenImpacts(Compared):
     @property
     def ends(self) -> list[FrozenEnd]:
         """Ends of all impacts, flat."""
-        return [list(FrozenEnd)[int(code)] for code in np.ravel(self.head["end"])]
+        return [_ENDS[int(code)] for code in np.ravel(self.head["end"])]
 
 
 @dataclass(frozen=True)
@@ -119,10 +125,16 @@ class _Course:
     later: _Begin
 
 
-def _general_contact() -> Mechanism:
+def _derived() -> Mechanism:
     from painleve_sym.mechanics.general_contact import general_contact
 
     return general_contact()
+
+
+@cache
+def _general_contact() -> Mechanism:
+    """Return the general contact, one object, so that its simulators are kept."""
+    return described("general contact", _derived)
 
 
 @dataclass(frozen=True)
@@ -155,7 +167,7 @@ class FrozenImpactSolver:
     @cached_property
     def simulator(self) -> Simulator:
         """Of the general contact with the law."""
-        return Simulator(described("general contact", _general_contact), self.law, self.engine)
+        return simulator_of(_general_contact(), self.law, self.engine)
 
     def __call__(
         self,
@@ -245,19 +257,12 @@ class FrozenImpactSolver:
     @cached_property
     def _modes(self) -> tuple[Any, ...]:
         """Slip, whether in contact, whether loading, mode of sticking: by mode."""
-        outline = self.simulator.outline
-        names = [m.name for m in outline.modes]
-        parts = [name.partition("/") for name in names]
-        return (
-            np.array([CONTACTS.get(contact, 0) for contact, _, _ in parts]),
-            np.array([bool(branch) for _, _, branch in parts]),
-            np.array([branch != self.law.unloading for _, _, branch in parts]),
-            np.array([names.index(f"stick/{b}") if b else i for i, (_, _, b) in enumerate(parts)]),
-        )
+        names = tuple(mode.name for mode in self.simulator.outline.modes)
+        return _of_modes(names, self.law.unloading)
 
-    @cached_property
-    def _kinds(self) -> NDArray[np.str_]:
-        return np.array([kind.value for kind in self.simulator.outline.kinds])
+    def _among(self, *kinds: str) -> NDArray[np.bool_]:
+        """Return, by the number of a kind of events, whether it is one of these."""
+        return _kinds_among(self.simulator.outline.kinds, kinds)
 
     def _follow(
         self,
@@ -298,7 +303,7 @@ class FrozenImpactSolver:
     def _goes_on(self, run: RawRun, A: Array) -> bool:
         """Whether the run ended where the motion turns back, but is not held."""
         events = run.event_records
-        if not len(events.time) or self._kinds[events.kind[-1]] != EventKind.RELOAD:
+        if not len(events.time) or not self._among(EventKind.RELOAD)[events.kind[-1]]:
             return False
         at_once = len(events.time) > 1 and events.time[-2] == events.time[-1]
         return bool(at_once or A[self._modes[0][events.mode_before[-1]] + 1] <= 0)
@@ -316,31 +321,33 @@ class FrozenImpactSolver:
         """Read phases and ends off the events of the rows."""
         slip_of, in_contact, loads, sticking = self._modes
         time, mode, after = events.time, events.mode_before, events.state_after
-        kind, slip = self._kinds[events.kind], slip_of[mode]
-        first = np.diff(row, prepend=-1) != 0
-        since = np.where(first, 0.0, np.roll(time, 1))
+        kind, slip = events.kind, slip_of[mode]
+        first, before = _changes(row[None]), np.arange(-1, len(row) - 1)
+        since = np.where(first, 0.0, time[before])
         # Next to the turning point round-off may turn the motion back and forth in no time.
-        held = (kind == EventKind.RELOAD) & (time > since) & (A[slip + 1, row] > 0)
+        passes = time > since
+        held = self._among(EventKind.RELOAD)[kind] & passes & (A[slip + 1, row] > 0)
         # A start without an unloading curve opens at once: after the flight another impact begins.
-        flies = ~in_contact[mode] & (time > since)
-        over = held | flies | np.isin(kind, until)
+        flies = ~in_contact[mode] & passes
+        over = held | flies | self._among(*until)[kind]
         earlier = np.cumsum(over) - over
         kept = earlier == np.maximum.accumulate(np.where(first, earlier, 0))
         over &= kept
         codes = np.where(held, FrozenEnd.STAYS.code, FrozenEnd.SEPARATION.code)
-        end[row[over]] = np.where(kind == EventKind.SLIP_STOP, _RESUMES, codes)[over]
-        later = _Begin(begin.states.copy(), begin.memory.copy(), begin.mode.copy())
-        later.states[row[over]] = after[over]
-        later.memory[row[over]] = events.memory_after[over]
-        later.mode[row[over]] = sticking[mode[over]]
+        end[row[over]] = np.where(self._among(EventKind.SLIP_STOP)[kind], _RESUMES, codes)[over]
+        later = begin
+        if EventKind.SLIP_STOP in until:
+            later = _Begin(begin.states.copy(), begin.memory.copy(), begin.mode.copy())
+            later.states[row[over]] = after[over]
+            later.memory[row[over]] = events.memory_after[over]
+            later.mode[row[over]] = sticking[mode[over]]
         # Neighbouring segments of one slip direction, both loading or both unloading, are a phase.
-        real = np.flatnonzero(kept & ~flies & (time > since))
-        key = np.stack([row[real], slip[real], loads[mode[real]]])
-        new = np.any(np.diff(key, axis=1, prepend=-2) != 0, axis=0)
+        real = np.flatnonzero(kept & ~flies & passes)
+        new = _changes(np.array([row[real], slip[real], loads[mode[real]]]))
         opens = real[new]
-        closes = real[np.append(new[1:], True)[: len(real)]]
-        came = np.where(first[:, None], begin.states[row], np.roll(after, 1, axis=0))
-        turned = np.isin(kind[closes], (EventKind.MAX_COMPRESSION, EventKind.RELOAD))
+        closes = real[np.concatenate([new[1:], new[:1]])]
+        came = np.where(first[:, None], begin.states[row], after[before])
+        turned = self._among(EventKind.MAX_COMPRESSION, EventKind.RELOAD)[kind[closes]]
         own = {name: values[row[opens]] for name, values in p.items()}
         numbers = self._numbers(
             own, slip[opens], time[closes] - since[opens], came[opens], after[closes]
@@ -372,6 +379,32 @@ class FrozenImpactSolver:
         }
 
 
+# The same few for all impacts.
+@functools.lru_cache(maxsize=32)
+def _of_modes(names: tuple[str, ...], unloading: str) -> tuple[Any, ...]:
+    """Return what `FrozenImpactSolver._modes` says of modes with these names."""
+    parts = [name.partition("/") for name in names]
+    return (
+        np.array([CONTACTS.get(contact, 0) for contact, _, _ in parts]),
+        np.array([bool(branch) for _, _, branch in parts]),
+        np.array([branch != unloading for _, _, branch in parts]),
+        np.array([names.index(f"stick/{b}") if b else i for i, (_, _, b) in enumerate(parts)]),
+    )
+
+
+@functools.lru_cache(maxsize=128)
+def _kinds_among(every: tuple[str, ...], kinds: tuple[str, ...]) -> NDArray[np.bool_]:
+    """Return for every kind of events whether it is among some."""
+    return np.array([kind in kinds for kind in every])
+
+
+def _changes(values: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return where columns of values are not those before, the first one always; shape (k, n)."""
+    changes = np.ones(values.shape[1], bool)
+    np.any(values[:, 1:] != values[:, :-1], axis=0, out=changes[1:])
+    return changes
+
+
 def _unmoved_end(run: RawRun) -> FrozenEnd:
     """Return how a motion ends that none of the events asked for ended."""
     if run.stop_reason is StopReason.T_END:
@@ -390,10 +423,12 @@ def _impacts(
     end: NDArray[np.int64],
 ) -> FrozenImpacts:
     """Join courses that follow each other; `start` holds δ, δ̇ and v_t."""
-    row = np.concatenate([c.row for c in courses])
-    order = np.argsort(row, kind="stable")
-    row = row[order]
-    numbers = {n: np.concatenate([c.numbers[n] for c in courses])[order] for n in PHASE}
+    row, numbers = courses[0].row, courses[0].numbers
+    if len(courses) > 1:
+        row = np.concatenate([c.row for c in courses])
+        order = np.argsort(row, kind="stable")
+        row = row[order]
+        numbers = {n: np.concatenate([c.numbers[n] for c in courses])[order] for n in PHASE}
     counts = np.bincount(row, minlength=len(end))
     place = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     table = np.full((len(PHASE), len(end), max(1, counts.max(initial=0))), np.nan)
@@ -401,7 +436,8 @@ def _impacts(
         values[row, place] = numbers[name]
     depth, rate, slip = (values.copy() for values in start)
     np.maximum.at(depth, row, numbers["compression"])
-    last = np.append(np.diff(row) != 0, True)[: len(row)]
+    begins = _changes(row[None])
+    last = np.concatenate([begins[1:], begins[:1]])
     rate[row[last]], slip[row[last]] = (
         numbers[n][last] for n in ("compression_rate", "slip_velocity")
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,11 +112,19 @@ class BatchInputs(Compared):
         names = (*self.simulator.mechanism.state_names, *self.simulator.outline.parameter_names)
         return {n: self.part(self.inputs[n], start, stop) for n in names}
 
+    def _columns(self, names: Sequence[str], start: int, stop: int) -> Array:
+        """Return rows of some inputs, one column for each name."""
+        columns = np.empty((stop - start, len(names)))
+        for column, name in zip(columns.T, names, strict=True):
+            array = self.inputs[name]
+            column[:] = self.part(array, start, stop) if array.ndim else array
+        return columns
+
     def starts(self, first: int, stop: int) -> Starts:
         """Return the starts of the rows first..stop − 1."""
-        simulator, values, n = self.simulator, self.named(first, stop), stop - first
-        parameters = np.array([values[name] for name in simulator.outline.parameter_names]).T.copy()
-        given = np.array([values[name] for name in simulator.mechanism.state_names]).T.copy()
+        simulator, n = self.simulator, stop - first
+        parameters = self._columns(simulator.outline.parameter_names, first, stop)
+        given = self._columns(simulator.mechanism.state_names, first, stop)
         force = np.full(n, NO_FORCE) if self.force is None else self.part(self.force, first, stop)
         states, admits, scales = simulator.integrator.prepare(parameters, given, force)
         refusal = np.full(n, RUNS, np.int32)
