@@ -51,7 +51,9 @@ def show_classification(classification: Classification) -> None:
     else:
         _show_closed(classification)
         if classification.promise is not None:
-            show(f"{classification.promise.meaning[0].upper()}{classification.promise.meaning[1:]}.")
+            show(
+                f"{classification.promise.meaning[0].upper()}{classification.promise.meaning[1:]}."
+            )
     show()
     _show_case(classification)
     if classification.solutions:

@@ -28,7 +28,7 @@ from painleve_sym.mechanics.materials import (
 )
 from painleve_sym.mechanics.materials import materials as known_materials
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import NAMED
+from painleve_sym.mechanics.models import NAMED, title_of
 from painleve_sym.plain_data import finite, plain_fields, to_plain
 from painleve_sym.quantities import counted
 from painleve_sym.references import Reference, cited_works, reference
@@ -46,7 +46,7 @@ def models(arguments: argparse.Namespace) -> int:
         names = NAMED if arguments.name is None else [arguments.name]
         print_json({"models": [model_data(model(name)) for name in names]})
     elif arguments.name is None:
-        _show_list("mechanisms, the CASE of most commands", {n: model(n).title for n in NAMED})
+        _show_list("mechanisms, the CASE of most commands", {n: title_of(n) for n in NAMED})
         show("`painleve models NAME` shows one: sketch, coordinates, parameters, source")
     else:
         _show_model(model(arguments.name))

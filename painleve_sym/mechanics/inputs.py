@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-
-import sympy as sp
+from typing import TYPE_CHECKING
 
 from painleve_sym.choices import Interpolation, InterpolationLike
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.system import TIME
+
+if TYPE_CHECKING:
+    import sympy as sp
 
 ORDER = {Interpolation.HELD: 0, Interpolation.LINEAR: 1, Interpolation.CUBIC: 3}
 """Degree of the polynomials in time by which an input is given."""
@@ -91,6 +92,8 @@ class Input:
         """The input and its derivatives, functions of the time."""
         if not self.order:
             return (self.parameters[0].symbol,)
+        from painleve_sym.mechanics.system import TIME
+
         *values, instant = (p.symbol for p in self.parameters)
         return tuple(_polynomial(values[k:], TIME - instant) for k in range(len(values)))
 
@@ -102,6 +105,8 @@ class Input:
 
 def _polynomial(derivatives: Sequence[sp.Expr], since: sp.Expr) -> sp.Expr:
     """Return the polynomial in the time since some instant that has these derivatives there."""
+    import sympy as sp
+
     total: sp.Expr = sp.Integer(0)
     for k, value in reversed(list(enumerate(derivatives, 1))):
         total = value + since * total / k

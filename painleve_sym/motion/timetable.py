@@ -19,11 +19,11 @@ from painleve_sym.errors import InputError, received, refuse_unknown, unknown_na
 from painleve_sym.laws.catalogue import LawsLike, as_law, law_text
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.mechanics.inputs import derivative_names, inputs_of, instant_name
-from painleve_sym.mechanics.pulses import edges_of, pulse
 from painleve_sym.motion.signals import Signal
 from painleve_sym.units import Value
 
 if TYPE_CHECKING:
+    from painleve_sym.mechanics.pulses import pulse
     from painleve_sym.motion.simulator import Simulator
 
 MAX_PIECES = 50_000
@@ -126,6 +126,8 @@ class Timetable(Compared):
 
         InputError for pulses whose edges are not finite, or too many.
         """
+        from painleve_sym.mechanics.pulses import edges_of
+
         edges = {n: edges_of(where, own, values) for n, own in self.pulses.items()}
         clock, last = time + self.ahead, end + self.ahead
         for name, own in edges.items():

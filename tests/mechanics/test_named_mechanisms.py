@@ -16,7 +16,7 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import MODELS, NAMED, title_of
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from tests.mechanics.catalogue import (
     NAMES,
@@ -324,3 +324,8 @@ def test_model_reads_a_mechanism_file(tmp_path):
 def test_model_suggests_the_nearest_name():
     with pytest.raises(InputError, match="Did you mean 'two-link-arm'"):
         model("two-link-am")
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_title_is_known_without_the_mechanism(name):
+    assert title_of(name) == model(name).title

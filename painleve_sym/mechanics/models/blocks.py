@@ -8,6 +8,7 @@ from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import TITLES
 from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
@@ -60,7 +61,7 @@ def block() -> Mechanism:
     corner = _from_corner(sp.Integer(0), sp.Integer(0), coordinates)
     return Mechanism(
         name="block",
-        title="rectangular block on one corner on a slope",
+        title=TITLES["block"],
         source="after Lötstedt (1981)",
         system=system,
         contacts=(Contact.of_point("A", system, corner, mu.symbol),),
@@ -112,7 +113,7 @@ def block_two_feet() -> Mechanism:
     )
     return Mechanism(
         name="block-two-feet",
-        title="block sliding on two feet on a slope",
+        title=TITLES["block-two-feet"],
         source="after Várkonyi & Or (2017)",
         system=system,
         contacts=contacts,

@@ -8,6 +8,7 @@ from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import TITLES
 from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.system import LagrangianSystem
 
@@ -46,7 +47,7 @@ def eccentric_disc() -> Mechanism:
     contact = Contact.of_disc("rim", system, middle, r.symbol, phi.symbol, mu.symbol)
     return Mechanism(
         name="eccentric-disc",
-        title="disc with its mass centre off the middle, on rough ground",
+        title=TITLES["eccentric-disc"],
         source="after Tokieda (1997)",
         system=system,
         contacts=(contact,),

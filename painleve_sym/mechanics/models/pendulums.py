@@ -8,6 +8,7 @@ from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import TITLES
 from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
@@ -49,7 +50,7 @@ def cart_pendulum() -> Mechanism:
     )
     return Mechanism(
         name="cart-pendulum",
-        title="pendulum on a cart sliding on rough ground",
+        title=TITLES["cart-pendulum"],
         source="a common example; see Champneys & Várkonyi (2016)",
         system=system,
         contacts=(Contact.of_point("cart", system, cart, mu.symbol),),

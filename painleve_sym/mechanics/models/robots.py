@@ -8,6 +8,7 @@ from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import TITLES
 from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
@@ -63,7 +64,7 @@ def two_link_arm() -> Mechanism:
     )
     return Mechanism(
         name="two-link-arm",
-        title="two-link arm with its tip on a moving belt",
+        title=TITLES["two-link-arm"],
         source="Zhao et al. (2008)",
         system=system,
         contacts=(Contact.of_point("tip", system, _place(tip), mu.symbol, surface_speed=u.symbol),),
@@ -118,7 +119,7 @@ def pr_robot() -> Mechanism:
     )
     return Mechanism(
         name="pr-robot",
-        title="prismatic-revolute robot sliding its tip along the ground",
+        title=TITLES["pr-robot"],
         source="Elkaranshawy et al. (2017)",
         system=system,
         contacts=(Contact.of_point("tip", system, _place(tip), mu.symbol),),

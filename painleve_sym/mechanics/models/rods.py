@@ -9,6 +9,7 @@ from painleve_sym.mechanics.bodies import Body, Mode
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import TITLES
 from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
@@ -34,7 +35,6 @@ def rod() -> Mechanism:
     """
     return _rod(
         "rod",
-        "slender rod with one end on rough ground (Painlevé's example)",
         "Impact model resolution on Painlevé's paradox, Fig. 1",
         sp.Integer(3),
         (),
@@ -54,16 +54,13 @@ def rod_inertia() -> Mechanism:
     alpha = positive("alpha", 3.0, "1", "m l^2/J: 3 for a slender rod, more with a heavy middle")
     return _rod(
         "rod-inertia",
-        "rod of any moment of inertia with one end on rough ground",
         "Génot & Brogliato (1999)",
         alpha.symbol,
         (alpha,),
     )
 
 
-def _rod(
-    name: str, title: str, source: str, alpha: sp.Expr, more: tuple[Parameter, ...]
-) -> Mechanism:
+def _rod(name: str, source: str, alpha: sp.Expr, more: tuple[Parameter, ...]) -> Mechanism:
     x = Coordinate("x_A", "position of the end A along the ground", "m", "x_A")
     y = Coordinate("y_A", "height of the end A above the ground", "m", "y_A")
     theta = Coordinate("theta", "angle from the ground to the rod", "rad", r"\theta")
@@ -82,7 +79,7 @@ def _rod(
     upper = (x.symbol + 2 * l.symbol * cos, y.symbol + 2 * l.symbol * sin)
     return Mechanism(
         name=name,
-        title=title,
+        title=TITLES[name],
         source=source,
         system=system,
         contacts=(Contact.of_point("A", system, lower, mu.symbol),),
@@ -150,7 +147,7 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
     line = (body.point((at, 0), values) for at, values in zip(places, drawn, strict=True))
     return Mechanism(
         name=name,
-        title="elastic round bar with one end on rough ground",
+        title=TITLES["rod-bending"],
         source="rod of Painlevé's example with the free modes of a uniform bar",
         system=system,
         contacts=(Contact.of_point("A", system, end, mu.symbol),),

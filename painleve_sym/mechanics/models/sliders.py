@@ -8,6 +8,7 @@ from painleve_sym.mechanics.bodies import Body, Load
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import TITLES
 from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
@@ -49,7 +50,7 @@ def painleve_klein() -> Mechanism:
     )
     return Mechanism(
         name="painleve-klein",
-        title="two blocks in parallel guides joined by a rod (Painlevé and Klein)",
+        title=TITLES["painleve-klein"],
         source="Klein (1909)",
         system=system,
         contacts=(Contact.of_point("guide", system, lower, mu.symbol, bilateral=True),),

@@ -8,6 +8,7 @@ from painleve_sym.mechanics.bodies import Load
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import TITLES
 from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.spatial_bodies import Orientation, SpatialBody
 from painleve_sym.mechanics.system import LagrangianSystem
@@ -60,7 +61,7 @@ def rod_3d() -> Mechanism:
     )
     return Mechanism(
         name="rod-3d",
-        title="rod in space with one end on rough ground",
+        title=TITLES["rod-3d"],
         source="Champneys & Várkonyi (2016)",
         system=system,
         contacts=(Contact.in_space("A", system, end, mu.symbol),),
@@ -103,7 +104,7 @@ def top() -> Mechanism:
     )
     return Mechanism(
         name="top",
-        title="symmetric top with its tip on rough ground",
+        title=TITLES["top"],
         source="Euler's top on a plane",
         system=system,
         contacts=(Contact.in_space("tip", system, tip, mu.symbol),),
@@ -146,7 +147,7 @@ def brick() -> Mechanism:
     )
     return Mechanism(
         name="brick",
-        title="brick with one corner on rough ground",
+        title=TITLES["brick"],
         source="uniform cuboid, rigid",
         system=system,
         contacts=(Contact.in_space("corner", system, corner, mu.symbol),),
@@ -200,7 +201,7 @@ def slider_3d() -> Mechanism:
     upright = DomainBound(sp.cos(theta.symbol), "the rod is upright: the gap does not change")
     return Mechanism(
         name="slider-3d",
-        title="carriage on a plane that drags a rod over the ground",
+        title=TITLES["slider-3d"],
         source="prismatic-revolute robot of the plane, in space",
         system=system,
         contacts=(Contact.in_space("tip", system, (t_x, t_y, t_z), mu.symbol),),
@@ -263,7 +264,7 @@ def two_link_arm_3d() -> Mechanism:
     )
     return Mechanism(
         name="two-link-arm-3d",
-        title="arm of two links on a turning base with its tip on the ground",
+        title=TITLES["two-link-arm-3d"],
         source="arm of the plane, on a base that turns",
         system=system,
         contacts=(Contact.in_space("tip", system, (tip[0], tip[1], tip[2]), mu.symbol),),

@@ -8,6 +8,7 @@ from painleve_sym.mechanics.bodies import Body, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, DomainBound, Parameter, positive
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import TITLES
 from painleve_sym.mechanics.models.common import friction, gravity
 from painleve_sym.mechanics.system import LagrangianSystem
 
@@ -43,7 +44,7 @@ def strut() -> Mechanism:
     )
     return Mechanism(
         name="strut",
-        title="pivoted strut pressed onto a moving surface (chalk, sprag)",
+        title=TITLES["strut"],
         source="Spurr (1961)",
         system=system,
         contacts=(Contact.of_point("tip", system, tip, mu.symbol, surface_speed=u.symbol),),
