@@ -9,7 +9,7 @@ import sympy as sp
 
 from painleve_sym.automata.automaton import Choice, Mode, Transition, greatest, least, positive
 from painleve_sym.automata.contact_states import CONTACT_WORK, FORCE_WORK, FRICTION_WORK, OneContact
-from painleve_sym.automata.model import CONTACTS, SLIPS
+from painleve_sym.automata.model import CONTACTS, IMPULSES, SLIPS
 from painleve_sym.errors import EventKind
 from painleve_sym.laws.restitution import Measure, RestitutionLaw
 
@@ -17,9 +17,9 @@ BUDGET = sp.Symbol("impact_budget", real=True)
 """Compression: work or impulse so far. Restitution: the remaining part, or the final v_n."""
 APPROACH = sp.Symbol("approach_velocity", real=True)
 """v_n at the start of the impact; m/s."""
-NORMAL_IMPULSE = sp.Symbol("normal_impulse", real=True)
+NORMAL_IMPULSE = sp.Symbol(IMPULSES[0], real=True)
 """P_n of the impact so far; N s."""
-TANGENTIAL_IMPULSE = sp.Symbol("tangential_impulse", real=True)
+TANGENTIAL_IMPULSE = sp.Symbol(IMPULSES[1], real=True)
 """P_t of the impact so far; N s."""
 MEMORY = (BUDGET, APPROACH, NORMAL_IMPULSE, TANGENTIAL_IMPULSE)
 

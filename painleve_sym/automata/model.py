@@ -42,6 +42,8 @@ FRICTION_LOSS, CONTACT_LOSS, FORCE_LOSS = (
 LOSSES = (FRICTION_LOSS, CONTACT_LOSS, FORCE_LOSS)
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
 """Names of the outputs that, with the losses, add up to a constant."""
+IMPULSES = ("normal_impulse", "tangential_impulse")
+"""Names of the memory in which one rigid contact adds up the impulses of an impact."""
 
 _SIDES = {side: name for name, side in SIDES.items()}
 

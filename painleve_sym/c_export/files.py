@@ -11,7 +11,6 @@ from typing import Any
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import Outline
-from painleve_sym.automata.variants import known_values
 from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
@@ -165,6 +164,8 @@ class ExampleCode(StartedCode):
             return ()
         automaton = self.simulator.automaton
         moving = (at for at in record.entered if automaton.modes[at[0]].field)
+        from painleve_sym.automata.variants import known_values
+
         return list(dict.fromkeys((i, known_values(automaton, memory)) for i, memory in moving))
 
 

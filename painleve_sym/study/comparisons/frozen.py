@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,13 +18,15 @@ from painleve_sym.choices import Restitution
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.laws.catalogue import compliant_law
-from painleve_sym.motion.frozen_in_space import FrozenSpatialMotion, FrozenSpatialSolver
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.problem.impact.one_contact import ImpactEnd
 from painleve_sym.problem.modes import ContactMode
 from painleve_sym.problem.rounding import MOVED, rounded
 from painleve_sym.problem.solution import ContactSolution
 from painleve_sym.study.comparisons.case import LIFTOFF, AccelerationLevel, Answer, Case, FirstStep
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.frozen_in_space import FrozenSpatialMotion
 
 _HELD = "the compression oscillates without end: the contact is held, and there is no impact"
 _LONG = "the contact has not opened by the end time: it is held, or a longer end time is needed"
@@ -144,6 +146,8 @@ class FrozenCase(Case):
     def softened_answers(self, stiffness: Sequence[float]) -> tuple[list[Answer], float]:
         """Return the compliant motions up to where the contact opens, and the law's exponent."""
         law = compliant_law("bilinear-hertz", reload="elastic")
+        from painleve_sym.motion.frozen_in_space import FrozenSpatialSolver
+
         solver, (W, b, mu) = FrozenSpatialSolver(law, self.engine), self._contact
         # With e = 0 nothing is given back: the impact ends with its compression.
         until = (EventKind.SEPARATION if self.e else EventKind.MAX_COMPRESSION,)

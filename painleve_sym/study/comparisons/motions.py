@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.automata.impact_rays import NORMAL_IMPULSE, TANGENTIAL_IMPULSE
+from painleve_sym.automata.model import IMPULSES
 from painleve_sym.choices import Policy, Restitution
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.errors import StopReason
@@ -208,11 +208,11 @@ def _impulse_of_forces(run: Trajectory) -> tuple[float, ...]:
 
 def _impulse_of_impacts(run: Trajectory) -> Array:
     """Return the sum of the impulses along n and t of the impacts of a rigid motion; N s."""
-    if NORMAL_IMPULSE.name not in run.memory_names:
+    if IMPULSES[0] not in run.memory_names:
         return np.zeros(2)
     assert isinstance(run.record, RunRecord)
-    named = (NORMAL_IMPULSE.name, TANGENTIAL_IMPULSE.name)
-    events, columns = run.record.raw.event_records, [run.memory_names.index(n) for n in named]
+    events, names = run.record.raw.event_records, run.memory_names
+    columns = [names.index(name) for name in IMPULSES]
     growth = (events.memory_after - events.memory_before)[:, columns]
     # That along n grows with every phase of an impact, and both begin at 0 with the next one.
     return np.asarray(growth[growth[:, 0] > 0].sum(axis=0))
