@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import Outline
+from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.equality import Compared
-from painleve_sym.errors import EventKind, InputError, refuse_unknown
+from painleve_sym.errors import EventKind, InputError, StopReason, refuse_unknown
 
 COUNTERS = (
     "accepted_steps",
@@ -139,6 +140,18 @@ class BatchRows(Compared):
     energy_residual: Array
     samples: Array
 
+    def later(self, time: float, t_end: float) -> BatchRows:
+        """Return the same ends later by some seconds; runs to the end are at its time."""
+        whole = self.reason == ENGINE_REASONS.index(StopReason.T_END)
+        extremes = self.extremes.copy()
+        extremes[..., 1] += time
+        return replace(
+            self,
+            time=np.where(whole, t_end, self.time + time),
+            event_times=self.event_times + time,
+            extremes=extremes,
+        )
+
     @classmethod
     def empty(cls, n: int, outline: Outline, kept: BatchOutputs) -> BatchRows:
         """Return uninitialised rows."""
@@ -194,11 +207,11 @@ class Ends(ctypes.Structure):
 
 
 class Given(ctypes.Structure):
-    """Number of rows and addresses of states, parameters, end times and tolerances."""
+    """Number of rows and addresses of states, parameters, end times, tolerances and memory."""
 
     _fields_ = (
         ("rows", ctypes.c_long),
-        *((name, ctypes.c_void_p) for name in ("states", "parameters", "t_end", "atol")),
+        *((name, ctypes.c_void_p) for name in ("states", "parameters", "t_end", "atol", "memory")),
     )
 
 

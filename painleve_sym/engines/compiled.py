@@ -394,11 +394,13 @@ class CompiledEngine:
         options: RunOptions,
         kept: BatchOutputs,
         rows: BatchRows,
+        memory: Array | None = None,
     ) -> None:
         """Integrate every row from t = 0 as `run` would, in one call that holds no Python lock.
 
         Shapes are (n, nx) of states and tolerances, (n, np) and (n,). The options are what all rows
-        share: their t_end, atol and record are not used. The n rows are filled.
+        share, as the memory, shape (nz,): their t_end, atol and record are not used. The n rows are
+        filled.
         """
         n = len(states)
         x, p, t = _plain(states), _plain(parameters), _plain(t_end)
@@ -409,7 +411,8 @@ class CompiledEngine:
         counts = (len(kept.maxima), len(kept.minima), len(kept.integrals), len(sampled))
         kept_in_c = Kept(kept.events, *counts, chosen.ctypes.data, sampled.ctypes.data)
         ends = Ends.of(rows)
-        given = Given(n, *(a.ctypes.data for a in (x, p, t, tolerances)))
+        z = _plain(np.zeros(self._nz + 1) if memory is None else memory)
+        given = Given(n, *(a.ctypes.data for a in (x, p, t, tolerances, z)))
         lanes = self.lanes if n > 1 else 1
         batch = self._batch_of(lanes)
         own = self._options.from_buffer_copy(shared)

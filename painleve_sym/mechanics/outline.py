@@ -189,7 +189,7 @@ class MechanismOutline:
             refuse_unknown("contact", text_of(name, where), known, where)
         return replace(self, contacts=tuple(c for c in self.contacts if c.name in names))
 
-    def state(self, where: str, given: Mapping[str, Any]) -> dict[str, float]:
+    def state(self, where: str, given: object) -> dict[str, float]:
         """Return every coordinate and velocity, and ``t`` where it occurs; 0 if it is not given.
 
         A quaternion of which nothing is given turns nothing, and one within `UNIT_WITHIN` of unit
@@ -203,7 +203,7 @@ class MechanismOutline:
             Unknown names, values that are not finite, all at once; a quaternion that is not of
             unit norm.
         """
-        zeros = self._at_rest
+        zeros, given = self._at_rest, self.named_state(where, given)
         if type(given) is dict:
             # A check of all at once; where it fails, each is looked at.
             whole = {**zeros, **given}

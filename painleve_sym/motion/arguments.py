@@ -71,6 +71,7 @@ class BatchOptions(SharedArguments, total=False):
     integrals: Sequence[str]
     phases: Sequence[Phase] | None
     inputs: Mapping[str, InputValues] | None
+    start: Trajectory | None
     at_events: Sequence[str]
 
 

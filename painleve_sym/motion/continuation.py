@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.signature import mode_name
 from painleve_sym.automata.watch import MEMORY_END
+from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason, received
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.motion.records import PIECE
@@ -110,57 +112,111 @@ def _at_time(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
     return start._replace(state=state, time=origin.final_time)
 
 
-def carried(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
-    """Return the start that has time, and of the same laws mode, memory and all states, of an end.
+class Cut(NamedTuple):
+    """Beginning of a motion that continues another one, besides its states and parameters.
 
-    Other laws begin at the same coordinates and velocities with a mode of their own.
+    Mode and memory are -1 and None under other laws, which begin in a mode of their own.
     """
+
+    time: float
+    mode: int = -1
+    memory: Array | None = None
+
+
+def cut_of(simulator: Simulator, origin: Trajectory) -> Cut:
+    """Return time, mode and memory at the end of a motion."""
     if not has_states_of(simulator, origin):
-        return _at_time(simulator, start, origin)
-    outline, scale = simulator.outline, start.scale
-    if start.place.parameters == origin.parameters and origin.record.scales:
-        scale = np.array([origin.record.scales[name] for name in outline.state_names])
+        return Cut(origin.final_time)
+    outline = simulator.outline
     # A motion in pieces remembers one thing more.
     own = origin.final_memory[: len(outline.memory_names)]
     name, memory = origin.mode_names[origin.final_mode], own.tolist()
     modes = [i for i in range(len(outline.modes)) if mode_name(outline, i, memory) == name]
     # Several contacts name their local modes alone: one name for the motion and its instants.
     mode = origin.record.engine_mode if origin.record.engine_mode in modes else modes[0]
-    return start._replace(
-        state=_moved_with_contacts(simulator, start, origin),
-        scale=scale,
-        time=origin.final_time,
-        mode=mode,
-        memory=own,
-    )
+    return Cut(origin.final_time, mode, own)
 
 
-def _moved_with_contacts(simulator: Simulator, start: Start, origin: Trajectory) -> Array:
-    """Return the states at the end of a motion, with what the change at the cut moves.
+def carried(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
+    """Return the start that has time, and of the same laws mode, memory and all states, of an end.
+
+    Other laws begin at the same coordinates and velocities with a mode of their own.
+    """
+    cut = cut_of(simulator, origin)
+    if cut.mode < 0:
+        return _at_time(simulator, start, origin)
+    scale = start.scale
+    if start.place.parameters == origin.parameters and origin.record.scales:
+        scale = known_scale(simulator, origin)
+    states, moved = states_of_end(simulator, start.state[None], scale[None], origin)
+    if moved is not None:
+        raise InputError(f"{simulator.where}: start: {moved}")
+    return start._replace(state=states[0], scale=scale, **cut._asdict())
+
+
+def known_scale(simulator: Simulator, origin: Trajectory) -> Array:
+    """Return the scales of the states in a motion."""
+    return np.array([origin.record.scales[name] for name in simulator.outline.state_names])
+
+
+def states_of_end(
+    simulator: Simulator, prepared: Array, scale: Array, origin: Trajectory
+) -> tuple[Array, str | None]:
+    """Return the states at the end of a motion, with what the changes at the cut move.
 
     Gaps and slip velocities are states of their own. Other parameters, or another mechanism of the
     same name, change them at the same coordinates: of a contact that stays open, or slides to the
-    same side, its mode remains; InputError for any other.
+    same side, its mode remains.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    prepared, scale : ndarray, shape (n, nx)
+        States as they begin at the same coordinates, and their scales.
+    origin : Trajectory
+
+    Returns
+    -------
+    states : ndarray, shape (n, nx)
+    fault : str or None
+        Sentences on the first row in which a closed contact moves.
     """
     record = origin.record
     of_origin: Any = record.simulator if isinstance(record, RunRecord) else simulator
     place = of_origin.at(first_state(of_origin, origin), origin.parameters)
-    shift = start.state - of_origin.prepared(place)[0].state
-    state, names = origin.final_state.copy(), simulator.outline.state_names
+    shift = prepared - of_origin.prepared(place)[0].state
+    names, fault = simulator.outline.state_names, None
+    states = np.tile(origin.final_state, (len(prepared), 1))
     contacts = simulator.mechanism.outline.contacts
     for contact, row in zip(contacts, simulator.contact.rows, strict=True):
         places = [names.index(str(symbol)) for symbol in (row.gap, row.gap_rate, row.slip)]
-        least = SMALL * start.scale[places]
-        own = np.where(np.abs(shift[places]) > least, shift[places], 0.0)
-        before, after = state[places], state[places] + own
-        is_open = min(before[0], after[0]) > least[0]
-        slides = not own[:2].any() and before[2] * after[2] > 0
-        if own.any() and not (is_open or slides):
-            raise InputError(
-                f"{simulator.where}: start: what changes at t = {origin.final_time:g} s moves "
-                f"contact {contact.name!r} while it is closed: gap by {own[0]:.3g} m, gap rate by "
-                f"{own[1]:.3g} m/s, slip by {own[2]:.3g} m/s. Fix: change what leaves its surface "
-                "in place, or begin a new motion with the final coordinates and velocities."
+        least = SMALL * scale[:, places]
+        own = np.where(np.abs(shift[:, places]) > least, shift[:, places], 0.0)
+        before, after = states[:, places], states[:, places] + own
+        is_open = np.minimum(before[:, 0], after[:, 0]) > least[:, 0]
+        slides = ~own[:, :2].any(axis=1) & (before[:, 2] * after[:, 2] > 0)
+        wrong = own.any(axis=1) & ~is_open & ~slides
+        if fault is None and wrong.any():
+            change = own[int(np.argmax(wrong))]
+            fault = (
+                f"what changes at t = {origin.final_time:g} s moves "
+                f"contact {contact.name!r} while it is closed: gap by {change[0]:.3g} m, gap rate "
+                f"by {change[1]:.3g} m/s, slip by {change[2]:.3g} m/s. Fix: change what leaves its "
+                "surface in place, or begin a new motion with the final coordinates and velocities."
             )
-        state[places] = after
-    return state
+        states[:, places] = after
+    return states, fault
+
+
+def options_of_rest(options: RunOptions, cut: Cut | Start) -> RunOptions:
+    """Return the options of a motion that begins at a later time, which engines count from 0."""
+    rest = replace(options, t_end=options.t_end - cut.time, start_mode=cut.mode)
+    # What an earlier piece ended before happens at once.
+    return replace(rest, start_events=True) if cut.mode >= 0 else rest
+
+
+def at_its_time(raw: RawRun, options: RunOptions, time: float) -> RawRun:
+    """Return a run that began at a later time with its own times."""
+    later = raw.later(time)
+    ended = later.stop_reason is StopReason.T_END
+    return later._replace(time=options.t_end) if ended else later

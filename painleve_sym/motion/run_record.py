@@ -12,7 +12,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.automata.model import ENERGIES, LOSSES
-from painleve_sym.automata.signature import mode_name
+from painleve_sym.automata.signature import Outline, mode_name
 from painleve_sym.automata.watch import WATCHED
 from painleve_sym.choices import Record
 from painleve_sym.contact_rows import ContactRows
@@ -119,14 +119,7 @@ class RunRecord:
     @property
     def _continued(self) -> dict[str, Any]:
         """Time, s, mode and memory with which a motion begins that continues another one."""
-        start, outline = self.start, self.simulator.outline
-        if start.memory is None:
-            return {"time": start.time}
-        return {
-            "time": start.time,
-            "mode": mode_name(outline, start.mode, start.memory.tolist()),
-            "memory": dict(zip(outline.memory_names, start.memory.tolist(), strict=True)),
-        }
+        return beginning_of(self.simulator.outline, self.start)
 
     @cached_property
     def constants(self) -> Array:
@@ -337,3 +330,14 @@ class RunRecord:
         return growing_bounces(
             self.events, contact.rows[0].gap_rate, lambda state: chatter_at(contact, state, values)
         )
+
+
+def beginning_of(outline: Outline, start: Any) -> dict[str, Any]:
+    """Return time, s, mode and memory of a start, or cut, as plain data."""
+    if start.memory is None:
+        return {"time": start.time}
+    return {
+        "time": start.time,
+        "mode": mode_name(outline, start.mode, start.memory.tolist()),
+        "memory": dict(zip(outline.memory_names, start.memory.tolist(), strict=True)),
+    }

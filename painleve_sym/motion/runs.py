@@ -200,7 +200,7 @@ def simulate(
 def simulate_batch(
     mechanism: MechanismLike,
     law: LawsLike,
-    states: StateLike,
+    states: StateLike | None = None,
     *,
     engine: EngineLike = EngineName.AUTO,
     watch: str | Sequence[str] = (),
@@ -228,6 +228,9 @@ def simulate_batch(
         As for `simulate`; the same for every row.
     phases, inputs
         As for `simulate`, the same for every row, of parameters alone. Rows then run in Python.
+    start : Trajectory, optional
+        A motion of the same mechanism, in place of states: every row continues it from its end on,
+        under the same laws in its mode with its memory, with parameters of its own.
     threads : int
         By default the processors this process may use.
     events : int

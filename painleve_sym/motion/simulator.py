@@ -27,11 +27,13 @@ from painleve_sym.mechanics.materials import MaterialsLike, two_materials
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.motion.arguments import RunArguments, separated, spelled_out
 from painleve_sym.motion.continuation import (
+    at_its_time,
     carried,
     check_origin,
     check_watches,
     first_state,
     has_states_of,
+    options_of_rest,
     same_parameters,
 )
 from painleve_sym.motion.force_jumps import integrated
@@ -259,18 +261,20 @@ class Simulator(Compared, MechanismWithLaws):
     def rest(self, origin: Any, settings: RunSettings, given: Mapping[str, Any]) -> Trajectory:
         """Integrate the motion from the end of another one on with checked settings."""
         origin = check_origin(self.where, origin, given, float(settings.t_end))
-        simulator, start = self._after(origin, given)
+        simulator, start = self.after(origin, given)
         return simulator.follow(start, settings)
 
-    def _after(self, origin: Trajectory, given: Mapping[str, Any]) -> tuple[Simulator, Start]:
-        """Return what runs from the end of a motion, and its start."""
+    def after(
+        self, origin: Trajectory, given: Mapping[str, Any], varied: Sequence[str] = ()
+    ) -> tuple[Simulator, Start]:
+        """Return what runs from the end of a motion, and its start; see `moving`."""
         parameters = same_parameters(self, origin)
         parameters |= self.given(given.get("parameters"), given.get("law_parameters"))
         check_watches(self, origin)
         place = self.at(first_state(self, origin), parameters)
         known = has_states_of(self, origin)
         start = self.prepared(place)[0] if known else self.start(place)
-        simulator, start = self.moving(start)
+        simulator, start = self.moving(start, varied)
         return simulator, carried(simulator, start, origin)
 
     def follow(self, start: Start, settings: RunSettings) -> Trajectory:
@@ -279,14 +283,8 @@ class Simulator(Compared, MechanismWithLaws):
         if not checked.until:
             refuse_plastic(self, start.place.parameters)
         if start.time or start.mode >= 0:
-            left = checked.t_end - start.time
-            own = replace(checked, t_end=left, start_mode=start.mode)
-            if start.mode >= 0:
-                # What an earlier piece ended before happens at once.
-                own = replace(own, start_events=True)
-            raw = integrated(self, start, own).later(start.time)
-            if raw.stop_reason is StopReason.T_END:
-                raw = raw._replace(time=checked.t_end)
+            raw = integrated(self, start, options_of_rest(checked, start))
+            raw = at_its_time(raw, checked, start.time)
         else:
             raw = integrated(self, start, checked)
         trajectory = self.trajectory(raw, start, checked)
@@ -436,7 +434,9 @@ class Simulator(Compared, MechanismWithLaws):
         Returns
         -------
         SensitiveTrajectory
-            A start on the surface is differentiated within the mode that it starts in.
+            A start on the surface is differentiated within the mode that it starts in. A motion
+            that continues another one (``start=``) is differentiated by the state at the cut, what
+            it remembers there held, and by parameters from there on.
 
         Raises
         ------

@@ -35,10 +35,11 @@ static void watch_start(ps_watch *w, const ps_kept *kept, const ps_ends *e, long
   for (int k = 0; k < kept->integrals; k++) w->integral[k] = 0;
 }
 
-/* n rows: states x (n, nx), parameters p (n, np), end times (n), absolute tolerances (n, nx). */
+/* n rows: states x (n, nx), parameters p (n, np), end times (n), absolute tolerances (n, nx), and the
+ * memory (nz) with which all of them begin. */
 typedef struct {
   long n;
-  const double *x, *p, *t_end, *atol;
+  const double *x, *p, *t_end, *atol, *z;
 } ps_given;
 
 /* The run of a row, and its energies and losses at the start. */
@@ -52,14 +53,13 @@ typedef struct {
 
 static void open_row(ps_open *a, long i, const ps_given *given, const ps_kept *kept,
                      const ps_ends *e) {
-  const double z[PS_NZ + 1] = {0};
   memset(&a->run, 0, sizeof a->run);
   a->row = i;
   a->run.watch = &a->watch;
   watch_start(&a->watch, kept, e, i);
   a->options.t_end = given->t_end[i];
   set_tolerances(&a->options, given->atol + i * PS_NX);
-  begin(&a->run, given->x + i * PS_NX, z, given->p + i * PS_NP, &a->options);
+  begin(&a->run, given->x + i * PS_NX, given->z, given->p + i * PS_NP, &a->options);
   balance_terms(&a->run, a->start);
 }
 

@@ -16,9 +16,11 @@ from painleve_sym.checks import StateLike
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
+from painleve_sym.motion.continuation import has_states_of, known_scale, states_of_end
 from painleve_sym.motion.pressed_start import RESOLVED, has_past
 from painleve_sym.motion.refusals import initial_force_fault
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
+from painleve_sym.motion.trajectory import Trajectory
 
 BLOCK = 4096
 """Rows a thread takes at a time: at the ends of a block lanes are empty."""
@@ -53,13 +55,14 @@ class BatchInputs(Compared):
 
     All arrays broadcast to `shape`, and rows are numbered in its C order. `inputs` has states and
     parameters by name, with defaults; nan for a state that should close a contact and cannot.
-    Forces are in N.
+    Forces are in N. `origin` is the motion that all rows continue.
     """
 
     simulator: Simulator
     shape: tuple[int, ...]
     inputs: dict[str, Array]
     force: Array | None
+    origin: Trajectory | None = None
 
     @classmethod
     def of(
@@ -69,6 +72,7 @@ class BatchInputs(Compared):
         parameters: Mapping[str, ArrayLike],
         force: ArrayLike | None,
         close: str | None = None,
+        origin: Trajectory | None = None,
     ) -> BatchInputs:
         """Return the inputs; InputError lists every fault of names, numbers and ranges."""
         mechanism, where = simulator.mechanism, f"batch of {simulator.where}"
@@ -86,7 +90,7 @@ class BatchInputs(Compared):
         if close is not None:
             whole = {n: np.broadcast_to(a, shape) for n, a in values.items()}
             values |= closed_states(mechanism, whole, close)
-        return cls(simulator, shape, values, force)
+        return cls(simulator, shape, values, force, origin)
 
     @property
     def count(self) -> int:
@@ -128,9 +132,25 @@ class BatchInputs(Compared):
         force = np.full(n, NO_FORCE) if self.force is None else self.part(self.force, first, stop)
         states, admits, scales = simulator.integrator.prepare(parameters, given, force)
         refusal = np.full(n, RUNS, np.int32)
+        if self.origin is not None and has_states_of(simulator, self.origin):
+            return self._continuing(states, parameters, scales, refusal)
         for answers, reason in zip(admits.T, _REFUSALS, strict=True):
             refusal[answers == 0] = reason
         refusal[np.isnan(given).any(axis=1)] = INVALID_START  # nothing closes the contact
+        return Starts(states, parameters, scales, refusal)
+
+    def _continuing(
+        self, states: Array, parameters: Array, scales: Array, refusal: NDArray[np.int32]
+    ) -> Starts:
+        """Return the starts of rows that continue a motion under its laws."""
+        simulator, origin = self.simulator, self.origin
+        assert origin is not None
+        if origin.record.scales:
+            own = [origin.parameters[name] for name in simulator.outline.parameter_names]
+            scales[(parameters == own).all(axis=1)] = known_scale(simulator, origin)
+        states, fault = states_of_end(simulator, states, scales, origin)
+        if fault is not None:
+            raise InputError(f"batch of {simulator.where}: start: {fault}")
         return Starts(states, parameters, scales, refusal)
 
     @property
@@ -140,7 +160,7 @@ class BatchInputs(Compared):
         rows = zip(simulator.contact.rows, simulator.contact.own_laws, strict=True)
         names = simulator.outline.state_names
         places = [names.index(row.gap) for row, law in rows if has_past(law)]
-        if not places or self.force is not None:
+        if not places or self.force is not None or self.origin is not None:
             return 0
         count = 0
         for first in range(0, self.count, BLOCK):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,9 +22,10 @@ from painleve_sym.errors import InputError, refuse_unknown
 from painleve_sym.laws.catalogue import law_text
 from painleve_sym.motion.batch.inputs import BatchInputs
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
+from painleve_sym.motion.continuation import cut_of
 from painleve_sym.motion.energy_balance import batch_notices, open_from
 from painleve_sym.motion.pressed_start import batch_past_notices
-from painleve_sym.motion.run_record import plain_options
+from painleve_sym.motion.run_record import beginning_of, plain_options
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory, labels
 from painleve_sym.quantities import unit_of
@@ -63,6 +65,8 @@ class BatchResult(Compared):
         States and parameters as given, with defaults; they broadcast to `shape`.
     initial_force : ndarray or None
         N.
+    origin : Trajectory or None
+        The motion that all rows continue.
     options : RunOptions
         What all rows shared.
     kept : BatchOutputs
@@ -88,6 +92,7 @@ class BatchResult(Compared):
     kept: BatchOutputs
     rows: BatchRows
     changes: Mapping[str, Any] | None = None
+    origin: Trajectory | None = None
 
     @property
     def source(self) -> str:
@@ -115,7 +120,9 @@ class BatchResult(Compared):
     @cached_property
     def pressed_count(self) -> int:
         """Number of motions that start pressed, not by a force, under a law that remembers."""
-        given = BatchInputs(self.simulator, self.shape, self.inputs, self.initial_force)
+        given = BatchInputs(
+            self.simulator, self.shape, self.inputs, self.initial_force, self.origin
+        )
         return given.pressed_count
 
     @property
@@ -184,7 +191,8 @@ class BatchResult(Compared):
         row = {n: float(np.broadcast_to(a, self.shape)[index]) for n, a in self.inputs.items()}
         given = self.initial_force
         force = None if given is None else float(np.broadcast_to(given, self.shape)[index])
-        return run_row(self.simulator, row, self.options, Record.DENSE, force, self.changes)
+        more = self.changes, self.origin
+        return run_row(self.simulator, row, self.options, Record.DENSE, force, *more)
 
     def units(self, name: str) -> str:
         """Return the SI unit of a quantity; "1" where it has none."""
@@ -295,10 +303,14 @@ class BatchResult(Compared):
             kept["initial_force"] = float(self.initial_force)
         given = {"law": law_text(simulator.law), "state": start, "version": __version__}
         parameters = {n: v for n, v in plain.items() if n not in start}
+        attributes = labels(simulator.mechanism.name, given, simulator.choices, parameters, kept)
+        if self.origin is not None:
+            cut = cut_of(simulator, self.origin)
+            attributes["continues"] = json.dumps(beginning_of(simulator.outline, cut))
         dataset: xarray.Dataset = library.Dataset(
             variables,
             coords=coordinates | {d: index for d, index in indices.items() if d in used},
-            attrs=labels(simulator.mechanism.name, given, simulator.choices, parameters, kept),
+            attrs=attributes,
         )
         return dataset
 
@@ -331,10 +343,13 @@ def run_row(
     record: RecordLike,
     force: float | None,
     changes: Mapping[str, Any] | None = None,
+    origin: Trajectory | None = None,
 ) -> Trajectory:
     """Return the single run of a row's states and parameters, with phases and inputs."""
     simulator = simulator.whole
     states = {n: row[n] for n in simulator.mechanism.state_names}
     others = {n: v for n, v in row.items() if n not in states}
     settings = {**o.arguments(atol=None, record=record), **(changes or {})}
+    if origin is not None:
+        return simulator.run(start=origin, parameters=others, **settings)
     return simulator.run(states, parameters=others, initial_force=force, **settings)

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Unpack
 
 import numpy as np
@@ -24,7 +25,16 @@ from painleve_sym.motion.batch.inputs import BLOCK, RUNS, BatchInputs, Starts
 from painleve_sym.motion.batch.machine import check_memory, processor_count, row_bytes
 from painleve_sym.motion.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
 from painleve_sym.motion.batch.result import BatchResult, run_row
+from painleve_sym.motion.continuation import (
+    Cut,
+    check_origin,
+    cut_of,
+    first_state,
+    options_of_rest,
+    same_parameters,
+)
 from painleve_sym.motion.energy_balance import balance_residual
+from painleve_sym.motion.joined import timetable_of
 from painleve_sym.motion.locate_limit import jams
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.simulator import Simulator
@@ -37,7 +47,7 @@ LEAST_BLOCK = 64
 
 def run_batch(
     simulator: Simulator,
-    states: StateLike,
+    states: StateLike | None = None,
     parameters: Mapping[str, ArrayLike] | None = None,
     **options: Unpack[BatchOptions],
 ) -> BatchResult:
@@ -48,8 +58,8 @@ def run_batch(
     that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
     ``invalid_start`` where the contact law does not admit it (inside the ground of a rigid contact,
     off a guide, compressed as well as under an initial force) or nothing closes the contact,
-    ``non_finite`` where a constant of the law is not finite. The engine ``erk`` runs row after row
-    in Python.
+    ``non_finite`` where a constant of the law is not finite. Rows that continue a motion have its
+    times. The engine ``erk`` runs row after row in Python.
     """
     settings, others = separated(simulator.where, BatchArguments, options)
     kept = BatchOutputs(
@@ -58,9 +68,17 @@ def run_batch(
     )
     given = simulator.given(parameters, others.get("law_parameters"))
     force, close = others.get("initial_force"), others.get("close")
-    rows = BatchInputs.of(simulator, states, given, force, close)
-    timetable = Timetable.of(simulator, others.get("phases"), others.get("inputs"))
-    if timetable:
+    origin = others.get("start")
+    changes = others.get("phases"), others.get("inputs")
+    if origin is not None:
+        said = {"state": states, "close": close, "initial_force": force}
+        origin = _checked_origin(simulator, origin, said, changes, float(settings.t_end))
+        states = first_state(simulator, origin)
+        given = {**same_parameters(simulator, origin), **given}
+    states = simulator.mechanism.start if states is None else states
+    rows = BatchInputs.of(simulator, states, given, force, close, origin)
+    timetable = Timetable.of(simulator, *changes)
+    if timetable and origin is None:
         return _in_pieces(rows, timetable, settings, kept)
     # Most inputs are single numbers, of which Python asks ten times as fast as NumPy.
     zeros = (n for n, v in rows.inputs.items() if not (v.any() if v.ndim else float(v)))
@@ -83,6 +101,7 @@ def run_batch(
         shape=rows.shape,
         inputs=rows.inputs,
         initial_force=rows.force,
+        origin=origin,
         options=shared,
         kept=kept,
         rows=ends,
@@ -123,6 +142,23 @@ def _in_pieces(
     )
 
 
+def _checked_origin(
+    simulator: Simulator,
+    origin: object,
+    given: Mapping[str, object],
+    changes: tuple[object, object],
+    t_end: float,
+) -> Trajectory:
+    """Return the motion that all rows continue; InputError where they cannot."""
+    motion = check_origin(simulator.where, origin, given, t_end)
+    if timetable_of(motion) is not None or changes != (None, None):
+        raise InputError(
+            f"batch of {simulator.where}: start: got a motion with phases or inputs, which rows of "
+            "a batch do not continue. Fix: continue it row by row with simulate."
+        )
+    return motion
+
+
 def _thread_count(threads: int | None) -> int:
     if threads is None:
         return processor_count()
@@ -152,6 +188,12 @@ class _Batch:
     options: RunOptions
     kept: BatchOutputs
 
+    @cached_property
+    def cut(self) -> Cut:
+        """Time, mode and memory with which all rows begin."""
+        origin = self.rows.origin
+        return Cut(0.0) if origin is None else cut_of(self.rows.simulator, origin)
+
     def empty(self, count: int) -> BatchRows:
         """Return uninitialised ends of as many rows."""
         return BatchRows.empty(count, self.rows.simulator.outline, self.kept)
@@ -176,15 +218,22 @@ class _Batch:
                     end.fill_unmoved(np.array([True]), block.states[i - first][None], refusal)
                     continue
                 force = None if rows.force is None else float(rows.part(rows.force, i, i + 1)[0])
-                row = (given or rows.row)(i)
+                row, origin = (given or rows.row)(i), rows.origin
                 record = Record.DENSE if changes is None else Record.EVENTS
-                run = run_row(simulator, row, self.options, record, force, changes)
+                run = run_row(simulator, row, self.options, record, force, changes, origin)
                 _fill(end, run, simulator.outline.kinds, self.kept)
                 end.energy_residual[:] = _residual_of_ends(run)
         return ends
 
     def in_threads(self, engine: CompiledEngine, threads: int) -> BatchRows:
         """Return the ends of compiled runs."""
+        if self.cut.time:
+            rest = replace(self, options=options_of_rest(self.options, self.cut))
+            return rest.at_once(engine, threads).later(self.cut.time, self.options.t_end)
+        return self.at_once(engine, threads)
+
+    def at_once(self, engine: CompiledEngine, threads: int) -> BatchRows:
+        """Return the ends of compiled runs whose times count from their starts."""
         count = self.rows.count
         ends, preparing = self.empty(count), threading.Lock()
 
@@ -217,7 +266,8 @@ class _Batch:
                 rows.put(runs, part)
             return
         atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
-        engine.run_batch(block.states, block.parameters, t_end, atol, o, self.kept, rows)
+        given = block.states, block.parameters, t_end, atol
+        engine.run_batch(*given, o, self.kept, rows, self.cut.memory)
         if self.rows.simulator.contact.can_open:
             _name_jams(self.rows.simulator, block.parameters, rows)
 

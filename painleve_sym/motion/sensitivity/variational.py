@@ -23,6 +23,8 @@ from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, RunSetting
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, refuse_unknown
 from painleve_sym.motion.arguments import INITIAL_FORCE, RunArguments, separated
+from painleve_sym.motion.continuation import at_its_time, check_origin, options_of_rest
+from painleve_sym.motion.joined import timetable_of
 from painleve_sym.motion.mechanism_with_laws import Start
 from painleve_sym.motion.refusals import end_detail
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
@@ -54,12 +56,9 @@ def differentiated(
 ) -> SensitiveTrajectory:
     """Return the motion with its derivatives; see `Simulator.sensitivities`."""
     settings, begins = separated(simulator.where, RunArguments, arguments)
-    if begins.pop("start", None) is not None:
-        raise InputError(
-            f"{simulator.where}: sensitivities: start: got a motion, need a state, with which "
-            "derivatives begin. Fix: differentiate from the start of the first motion."
-        )
-    if begins.pop("phases", None) or begins.pop("inputs", None):
+    origin = begins.pop("start", None)
+    changes = begins.pop("phases", None) or begins.pop("inputs", None)
+    if changes or timetable_of(origin) is not None:
         raise InputError(
             f"{simulator.where}: sensitivities: got phases or inputs, need a motion with the same "
             "parameters from start to end. Fix: differentiate that, or take differences of runs."
@@ -68,7 +67,12 @@ def differentiated(
     if settings.record == "end":
         settings = replace(settings, record=Record.EVENTS)
     initial_force = begins.get(INITIAL_FORCE)
-    simulator, start = simulator.moving(simulator.begin(state, **begins), wrt)
+    if origin is None:
+        simulator, start = simulator.moving(simulator.begin(state, **begins), wrt)
+    else:
+        given = {"state": state, **begins}
+        check_origin(simulator.where, origin, given, float(settings.t_end))
+        simulator, start = simulator.after(origin, begins, wrt)
     key = wrt, initial_force is not None
     known: dict[Any, Directions] = simulator.directions
     directions = known.get(key)
@@ -267,7 +271,16 @@ class Directions:
         extended = replace(plain, atol=functions.packed(plain.atol, loosened))
         state = functions.packed(start.state, self.start_jacobian(start, force))
         impacts = self._impacts(start, scale, sizes, plain.rtol)
-        raw = engine.run(state, start.parameters, extended, listener=impacts)
+        if start.time or start.mode >= 0:
+            rest, memory = options_of_rest(extended, start), None
+            if start.memory is not None:
+                # What a motion remembers at its start has no derivative.
+                memory = np.zeros(functions.z.numel())
+                memory[: len(start.memory)] = start.memory
+            raw = engine.run(state, start.parameters, rest, memory, listener=impacts)
+            raw = at_its_time(raw, extended, start.time)
+        else:
+            raw = engine.run(state, start.parameters, extended, listener=impacts)
         return self._assembled(raw, start, sizes, plain, impacts.notes if impacts else ())
 
     def _impacts(
