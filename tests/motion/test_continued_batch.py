@@ -91,11 +91,13 @@ def test_derivatives_of_the_rest_are_those_of_the_whole_by_the_chain_rule():
 def test_derivatives_by_a_parameter_of_the_rest_are_differences_of_runs():
     simulator = ps.Simulator("rod", "bilinear-hertz")
     first = simulator.run(SLIDING, t_end=1.8e-3)  # in restitution: it has a memory
-    own = simulator.sensitivities(None, ["mu", "theta_dot"], start=first, t_end=6e-3, rtol=1e-12)
-    mu, h = first.parameters["mu"], 1e-5
+    own = simulator.sensitivities(
+        None, ["e_energetic", "theta_dot"], start=first, t_end=6e-3, rtol=1e-12
+    )
+    e, h = first.parameters["e_energetic"], 1e-5
     ends = [
         simulator.run(
-            start=first, t_end=6e-3, parameters={"mu": mu + s * h}, rtol=1e-12
+            start=first, t_end=6e-3, parameters={"e_energetic": e + s * h}, rtol=1e-12
         ).final_state
         for s in (1, -1)
     ]
