@@ -210,10 +210,3 @@ def test_only_a_motion_that_can_go_on_is_continued():
     other = ps.simulate("block-two-feet", "rigid", {"x_A_dot": 1.0}, t_end=0.01)
     with pytest.raises(ps.InputError, match="without"):
         ps.simulate("two-link-arm", "rigid", start=other, t_end=0.02)
-
-
-def test_derivatives_take_no_motion_as_their_start():
-    simulator = ps.Simulator("rod", "bilinear-hertz")
-    first = simulator.run(SLIDING, t_end=2e-3)
-    with pytest.raises(ps.InputError, match="start"):
-        simulator.sensitivities(None, ["theta"], start=first, t_end=4e-3)
