@@ -121,5 +121,5 @@ def test_a_start_is_one_of_a_motion_or_of_states():
     change = {"time": 5e-3, "parameters": {"mu": 0.2}}
     start = {"y_A": 0.1, "theta": 1.0}
     changed = ps.simulate("rod", "hertz", start, t_end=0.01, phases=[change])
-    with pytest.raises(InputError, match="phases or inputs, which rows"):
+    with pytest.raises(InputError, match="phases, inputs or pulses, which"):
         ps.simulate_batch("rod", "hertz", start=changed, t_end=0.02)

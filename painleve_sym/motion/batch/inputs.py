@@ -15,6 +15,7 @@ from painleve_sym.at.closing import closed_states
 from painleve_sym.checks import StateLike
 from painleve_sym.equality import Compared
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
 from painleve_sym.motion.continuation import has_states_of, known_scale, states_of_end
 from painleve_sym.motion.pressed_start import RESOLVED, has_past
@@ -132,8 +133,11 @@ class BatchInputs(Compared):
         force = np.full(n, NO_FORCE) if self.force is None else self.part(self.force, first, stop)
         states, admits, scales = simulator.integrator.prepare(parameters, given, force)
         refusal = np.full(n, RUNS, np.int32)
-        if self.origin is not None and has_states_of(simulator, self.origin):
-            return self._continuing(states, parameters, scales, refusal)
+        if self.origin is not None:
+            if has_states_of(simulator, self.origin):
+                return self._continuing(states, parameters, scales, refusal)
+            names = simulator.outline.state_names
+            states[:, [k for k, n in enumerate(names) if n == TIME_NAME]] = self.origin.final_time
         for answers, reason in zip(admits.T, _REFUSALS, strict=True):
             refusal[answers == 0] = reason
         refusal[np.isnan(given).any(axis=1)] = INVALID_START  # nothing closes the contact

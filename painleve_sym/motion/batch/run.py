@@ -28,6 +28,7 @@ from painleve_sym.motion.batch.result import BatchResult, run_row
 from painleve_sym.motion.continuation import (
     Cut,
     check_origin,
+    check_watches,
     cut_of,
     first_state,
     options_of_rest,
@@ -78,7 +79,7 @@ def run_batch(
     states = simulator.mechanism.start if states is None else states
     rows = BatchInputs.of(simulator, states, given, force, close, origin)
     timetable = Timetable.of(simulator, *changes)
-    if timetable and origin is None:
+    if timetable:
         return _in_pieces(rows, timetable, settings, kept)
     # Most inputs are single numbers, of which Python asks ten times as fast as NumPy.
     zeros = (n for n, v in rows.inputs.items() if not (v.any() if v.ndim else float(v)))
@@ -151,10 +152,12 @@ def _checked_origin(
 ) -> Trajectory:
     """Return the motion that all rows continue; InputError where they cannot."""
     motion = check_origin(simulator.where, origin, given, t_end)
-    if timetable_of(motion) is not None or changes != (None, None):
+    check_watches(simulator, motion)
+    pulsed = simulator.mechanism.outline.pulsed
+    if timetable_of(motion) is not None or pulsed or changes != (None, None):
         raise InputError(
-            f"batch of {simulator.where}: start: got a motion with phases or inputs, which rows of "
-            "a batch do not continue. Fix: continue it row by row with simulate."
+            f"batch of {simulator.where}: start: got a motion with phases, inputs or pulses, which "
+            "rows of a batch do not continue. Fix: continue it row by row with simulate."
         )
     return motion
 
