@@ -6,6 +6,7 @@ What belongs to one mechanism (coordinates, velocities, parameters) is declared 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -174,6 +175,19 @@ def scaled_unit(unit: str, largest: float) -> tuple[float, str]:
     fitting = [f for f in smaller if largest * f >= (0.1 if f == 1.0 else 1.0)]
     factor = fitting[0] if fitting else 1e9
     return factor, f"{smaller[factor]}{unit}"
+
+
+def roundest(low: float, high: float) -> float:
+    """Return the number with the fewest digits within a positive range; 0 where it is empty."""
+    if not 0 < low <= high < float("inf"):
+        return 0.0
+    power = 10.0 ** math.ceil(math.log10(high))
+    while True:
+        for step in (power, power / 2, power / 5):
+            value = math.ceil(low / step - 1e-9) * step
+            if value <= high * (1 + 1e-12):
+                return float(f"{value:.12g}")
+        power /= 10
 
 
 def number_latex(value: float, digits: int = 3) -> str:

@@ -11,6 +11,7 @@ from painleve_sym.quantities import (
     axis_label,
     derivative_latex,
     quantity,
+    roundest,
     symbol_latex,
     unit_of,
 )
@@ -77,3 +78,11 @@ def test_derivatives_keep_the_index_outside():
 def test_axis_labels_name_the_unit_unless_it_is_one():
     assert axis_label("F_n", "N") == "$F_n$ (N)"
     assert axis_label(r"\mu", "1") == r"$\mu$"
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [(1.21e-3, 1.87e-3, 0.0015), (0.9, 1.1, 1.0), (3.0, 7.0, 5.0), (17.0, 17.0, 17.0), (0, 1, 0)],
+)
+def test_roundest_number_of_a_range(low, high, expected):
+    assert roundest(low, high) == expected

@@ -27,7 +27,7 @@ from painleve_sym.present.style import (
     event_label,
     styled,
 )
-from painleve_sym.quantities import axis_label, scaled_unit, text_label
+from painleve_sym.quantities import axis_label, roundest, scaled_unit, text_label
 
 DPI = 100
 FLASH = 0.45
@@ -144,9 +144,10 @@ class FilmPicture:
         axes.set_ylabel(text_label("$F_n$", unit), fontsize=7.5)
         axes.tick_params(labelsize=6.5, length=2, pad=2)
         axes.locator_params(axis="y", nbins=3)
-        ticks = np.linspace(0, len(scene.times) - 1, 6).round().astype(int)
         self.factor, self.unit = scaled_unit("s", float(scene.times[-1] - scene.times[0]))
-        axes.set_xticks(ticks / self.rate, [f"{scene.times[i] * self.factor:.3g}" for i in ticks])
+        shown = _round_times(scene.times * self.factor)
+        places = np.interp(shown, scene.times * self.factor, np.arange(len(scene.times)))
+        axes.set_xticks(places / self.rate, [f"{time:.4g}" for time in shown])
         words = text_label("time, magnified where it is short", self.unit)
         axes.set_xlabel(words, fontsize=7, labelpad=1)
         if self.legend:
@@ -199,6 +200,15 @@ class FilmPicture:
             return text + ("real time" if slower > 0.95 else f"{1 / slower:.2g} times as fast")
         ratio = "1 : {:.2g}" if slower < 10 else "1 : {:,.0f}"
         return text + f"slow motion {ratio.format(float(f'{slower:.1e}'))}"
+
+
+def _round_times(times: Array) -> list[float]:
+    """Return the first time, and round ones near five even places of a film."""
+    last, steps = len(times) - 1, np.arange(1, 6)
+    low = times[(last * (steps - 0.35) / 5).round().astype(int)]
+    high = times[np.minimum(last * (steps + 0.35) / 5, last).round().astype(int)]
+    later = {roundest(float(a), float(b)) for a, b in zip(low, high, strict=True)}
+    return [float(times[0]), *sorted(later - {0.0})]
 
 
 @styled

@@ -230,6 +230,7 @@ function run(kind = "compliant") {
 const motionEngine = {
   states: ["x", "y", "x_dot", "y_dot"],
   description: {
+    states: ["x", "y", "x_dot", "y_dot"].map((name) => ({ name, unit: name.endsWith("_dot") ? "m/s" : "m" })),
     motions: [{ rigid: [] }], contacts: [{ name: "A" }],
     scene: { deflections: [], declared: true, shapes: [{ kind: "line" }] },
   },
@@ -352,13 +353,13 @@ test("an animation lasts eight seconds, from where it is paused", () => {
 const rowsOf = (table) => table.tagged("tr").map((row) => row.children.map((cell) => text(cell)));
 
 test("the table of events has the time, the force and the velocities of each", () => {
-  const view = new EventView({ states: motionEngine.states }, plain);
+  const view = new EventView(motionEngine, plain);
   const one = run();
   view.update({ values: one.state(0) }, [one]);
   const [velocities, events] = view.element.tagged("table").map(rowsOf);
-  assert.deepEqual(velocities, [["", "x\u0307", "y\u0307"], ["before", "1", "0"],
+  assert.deepEqual(velocities, [["", "x\u0307 (m/s)", "y\u0307 (m/s)"], ["before", "1", "0"],
     ["compliant: at separation, t = 1.5 s", "−0.5", "4.5"]]);
-  assert.deepEqual(events[0], ["", "time (s)", "event", "mode after", "Fn (N)", "x\u0307 after", "y\u0307 after"]);
+  assert.deepEqual(events[0], ["", "time (s)", "event", "mode after", "Fn (N)", "x\u0307 after (m/s)", "y\u0307 after (m/s)"]);
   assert.deepEqual(events.slice(1), [
     ["1", "0.5", "max compression", "stick", "12", "0.5", "1.5"], ["2", "1.5", "separation", "stick", "4", "−0.5", "4.5"],
     ["", "2", "end: t end", "flight", "0", "−1", "6"]]);
@@ -376,7 +377,7 @@ test("events below the tolerance are counted, not listed, and speeds and forces 
   assert.deepEqual(lines.map((line) => text(line.tagged("title")[0])), ["separation at 1.5 s"]);
   assert.deepEqual(view.legend.children.slice(2).map((li) => text(li)),
     ["events, numbered as below", "1 event below the tolerance"]);
-  const tables = new EventView({ states: motionEngine.states }, plain);
+  const tables = new EventView(motionEngine, plain);
   tables.update({ values: one.state(0) }, [one]);
   const [velocities, events] = tables.element.tagged("table");
   assert.equal(text(events.tagged("caption")[0]), "Events, compliant, without 1 event below the tolerance");
@@ -483,4 +484,19 @@ test("a slider sets its quantity, and shows the number that is set", () => {
   end.value = "2";
   end.listeners.change();
   assert.equal(taken.end, 2);
+});
+
+test("times on a magnified axis are round, increase, and stand where they are", async () => {
+  const { Clock } = await import(pathToFileURL(path.join(process.env.EXPLORER_WEB, "clock.js")).href);
+  const times = [0, 1.2e-3, 1.25e-3, 1.3e-3, 1.74e-3, 1.9e-3, 2.2e-3, 0.01];
+  for (const magnify of [0, 0.7, 1]) {
+    const clock = new Clock(times, magnify);
+    const marks = clock.marks();
+    assert.ok(marks.length >= 4 && marks.length <= 5);
+    for (const [i, { at, time }] of marks.entries()) {
+      assert.ok(Math.abs(clock.time(at) - time) < 1e-12);
+      assert.ok(String(+time.toPrecision(12)).replace(/[.0]/g, "").length <= 3, `${time}`);
+      if (i) assert.ok(at > marks[i - 1].at);
+    }
+  }
 });

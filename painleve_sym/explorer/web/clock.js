@@ -1,4 +1,5 @@
 /** Playing time: seconds of motion and the far shorter impacts on one axis. */
+import { roundest } from "./draw.js";
 
 /**
  * A map from the parts 0 to 1 of an animation to times and back. Of the animation the part
@@ -50,6 +51,14 @@ export class Clock {
       else high = middle;
     }
     return low;
+  }
+
+  /** Round times near even parts of the animation, and the part of each. @param {number} [count] */
+  marks(count = 4) {
+    const reach = 0.36 / count;
+    const times = Array.from({ length: count }, (_, i) => (i + 1) / count).map((part) =>
+      roundest(this.time(part - reach), this.time(Math.min(1, part + reach))));
+    return [...new Set([0, ...times])].map((time) => ({ at: this.part(time), time }));
   }
 
   /** How much slower than in proportion to the time it runs there. @param {number} part */

@@ -114,6 +114,17 @@ export function ticks(low, high, count = 5) {
   return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
 }
 
+/** The number with the fewest digits within a positive range. @param {number} low @param {number} high */
+export function roundest(low, high) {
+  if (!(low > 0 && high >= low)) return 0;
+  for (let power = 10 ** Math.ceil(Math.log10(high)); ; power /= 10) {
+    for (const step of [power, power / 2, power / 5]) {
+      const value = Math.ceil(low / step - 1e-9) * step;
+      if (value <= high * (1 + 1e-12)) return value;
+    }
+  }
+}
+
 /** A range that holds all finite numbers, with some room. @param {number[]} values */
 export function span(values) {
   const finite = values.filter(Number.isFinite);

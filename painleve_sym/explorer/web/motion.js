@@ -205,7 +205,7 @@ export class MotionView {
     this.largest = Math.max(...values.filter(Number.isFinite).map(Math.abs), 0);
     const frame = new Frame([0, 1], this.largest ? span(values) : [0, 1]);
     this.frame = frame;
-    const marks = [0, 0.25, 0.5, 0.75, 1].map((at) => ({ at, text: short(this.clock.time(at), 3) }));
+    const marks = this.clock.marks().map(({ at, time }) => ({ at, text: short(time, 3) }));
     const main = this.runs.find((run) => run.end);
     const listed = main?.eventsAboveTolerance ?? [];
     const events = listed.slice(0, LINES);
@@ -298,6 +298,9 @@ export class EventView {
     this.engine = engine;
     this.term = term;
     this.speeds = engine.states.filter((n) => n.endsWith("_dot"));
+    const units = new Map(engine.description.states.map((s) => [s.name, s.unit]));
+    /** @param {string} name @param {string} moment */
+    this.head = (name, moment = "") => `${pretty(name)}${moment} (${units.get(name)})`;
     this.element = html("div", {});
   }
 
@@ -315,7 +318,7 @@ export class EventView {
     const forces = run.motion.outputNames.filter((n) => n.startsWith("normal_force"));
     const head = ["", "time (s)", "event", "mode after",
       ...forces.map((f) => `${f.replace("normal_force", "F_n")} (N)`),
-      ...this.speeds.map((s) => `${pretty(s)} after`)];
+      ...this.speeds.map((s) => this.head(s, " after"))];
     const { length } = run.eventsAboveTolerance;
     const rows = run.eventsAboveTolerance.slice(0, ROWS).map((e, i) => [
       String(i + 1),
@@ -351,7 +354,7 @@ export class EventView {
       const text = after?.text ?? (run.fault ? "not computed" : "no impact");
       rows.push([`${kindOf(run)}: ${text}`, ...this.speeds.map((s) => (after ? [after.state[s]] : ""))]);
     }
-    const head = ["", ...this.speeds.map(pretty)];
+    const head = ["", ...this.speeds.map((s) => this.head(s))];
     return table("Velocities before and after the first impact", head, rows, ["", ...this.speeds], runs);
   }
 }

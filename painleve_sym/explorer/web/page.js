@@ -99,9 +99,8 @@ export class Explorer {
         mechanism.source ? html("p", {}, `Source: ${mechanism.source}.`) : null,
         html("p", {}, `Computed here by code that painleve-sym ${data.version} generated: SI units, ` +
           `relative tolerance ${data.tolerances.rtol}. `, this.#more("explorer")),
-        data.docs === null ? html("p", {}, "The page stands alone: the names of pages, such as ",
-          html("code", {}, "docs/maps.md"), ", are files of the documentation; ",
-          html("code", {}, "painleve explore --docs ADDRESS"), " makes links of them.") : null)];
+        data.docs === null ? html("p", {}, "The page stands alone; ",
+          html("code", {}, "painleve explore --docs ADDRESS"), " adds links to the documentation.") : null)];
   }
 
   /**
@@ -114,10 +113,10 @@ export class Explorer {
       html("p", { class: "note" }, sentence, " ", this.#more(page)), element);
   }
 
-  /** A link to a page of the documentation, or its name. @param {string} page @param {string} [text] */
+  /** A link to a page of the documentation; nothing where the page stands alone. @param {string} page @param {string} [text] */
   #more(page, text = "More") {
     const { docs } = this.data;
-    if (docs === null) return html("code", {}, `docs/${page}.md`);
+    if (docs === null) return "";
     // In a frame of the site, the whole window goes there.
     return html("a", { href: `${docs}/${page}.html`, target: "_top" }, text);
   }
