@@ -51,6 +51,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from painleve_sym.blas_threads import UNTHREADED, one_blas_thread
 from painleve_sym.errors import InputError
 from painleve_sym.problem.answers import REGULAR, Answers, MotionWithForces, openness
 from painleve_sym.problem.complementarity.lcp import (
@@ -188,6 +189,7 @@ class ContactProblem(OnlyContact):
         self._refuse_many("borders")
         return tuple(sorted(self._answers.borders))
 
+    @one_blas_thread()
     def solve_lemke(self, max_pivots: int | None = None) -> LemkeResult[ContactSolution]:
         """Find one consistent set of forces by Lemke's pivots, for any number of contacts.
 
@@ -364,7 +366,10 @@ class ContactProblem(OnlyContact):
                 f"of them in space at rest, need at most {MAX_RESTING}. "
                 "Fix: ask about fewer contacts."
             )
-        return Answers(law)
+        if len(law.b) <= UNTHREADED:
+            return Answers(law)
+        with one_blas_thread():
+            return Answers(law)
 
     def _scaled(self, forces: FloatArray) -> list[float]:
         """Return forces by rows of W as those of the scaled law, with what presses brakes."""

@@ -23,6 +23,7 @@ from painleve_sym.at.positive import (
     positive_where,
     shares,
 )
+from painleve_sym.blas_threads import one_blas_thread
 from painleve_sym.checks import by_name, number, spatial_mobility_faults, whole_number
 from painleve_sym.choices import (
     ImpactFriction,
@@ -516,6 +517,7 @@ class RobotContact:
         """Return μ_P at arrays of joint values; nan where the contact cannot move."""
         return _thresholds(self.mobility(joints))
 
+    @one_blas_thread()
     def least(self, joints: Mapping[str, Array] | None = None) -> LeastRisk:
         """Return the least μ_P over joint values within their limits, with its pose.
 

@@ -13,6 +13,7 @@ from typing import Generic, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from painleve_sym.blas_threads import one_blas_thread
 from painleve_sym.equality import Compared
 from painleve_sym.errors import Explained
 from painleve_sym.problem.complementarity.lcp import (
@@ -60,6 +61,7 @@ class LemkeResult(Compared, Generic[Solution]):
     pivots: int
 
 
+@one_blas_thread()
 def solve_lemke(
     lcp: LCP, max_pivots: int | None = None, tol: float = RESIDUAL_TOLERANCE
 ) -> LemkeResult[LCPSolution]:
@@ -89,9 +91,7 @@ def pivot(scaled: LCP, limit: int, tol: float) -> tuple[LemkeStatus, FloatArray 
     entering = 2 * n
     for pivots in range(1, limit + 1):
         leaving, basis[row] = int(basis[row]), entering
-        table[row] /= table[row, entering]
-        others = np.arange(n) != row
-        table[others] -= np.outer(table[others, entering], table[row])
+        _eliminate(table, row, entering)
         if leaving == 2 * n:
             point = cleaned(scaled, _basis_point(scaled, basis[basis >= n] - n), tol)
             status = LemkeStatus.NOT_VERIFIED if point is None else LemkeStatus.SOLVED
@@ -102,6 +102,18 @@ def pivot(scaled: LCP, limit: int, tol: float) -> tuple[LemkeStatus, FloatArray 
             return LemkeStatus.RAY, None, pivots
         row = _lexicographic_row(table, table[:, entering], rows, basis)
     return LemkeStatus.STEP_LIMIT, None, limit
+
+
+def _eliminate(table: FloatArray, row: int, column: int) -> None:
+    """Make the column zero in all rows but one, where it becomes one; in place.
+
+    Columns in which that row is zero stay as they are, as most do at first.
+    """
+    table[row] /= table[row, column]
+    factor = table[:, column].copy()
+    factor[row] = 0.0
+    changed = np.flatnonzero(table[row])
+    table[:, changed] -= factor[:, None] * table[row, changed]
 
 
 def _basis_point(lcp: LCP, index: npt.NDArray[np.intp]) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from painleve_sym.arrays import Array
+from painleve_sym.blas_threads import one_blas_thread
 from painleve_sym.codegen.bridge import Translator
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -42,6 +43,7 @@ class _Smooth:
         return np.array(self._both(at)[1])
 
 
+@one_blas_thread()
 def least_critical_friction(
     mechanism: Mechanism, parameters: Mapping[str, float] | None = None
 ) -> LeastFriction:
