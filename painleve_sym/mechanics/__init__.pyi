@@ -18,6 +18,7 @@ from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
 from painleve_sym.mechanics.mechanism import Place as Place
 from painleve_sym.mechanics.pulses import pulse as pulse
 from painleve_sym.mechanics.pulses import square as square
+from painleve_sym.mechanics.pulses import triangle as triangle
 from painleve_sym.mechanics.quaternions import Quaternion as Quaternion
 from painleve_sym.mechanics.shapes import Shape as Shape
 from painleve_sym.mechanics.shapes import ShapeKind as ShapeKind

@@ -430,7 +430,7 @@ class Mechanism(Shown, Deferred):
     @property
     def notices(self) -> tuple[str, ...]:
         """Sentences on effects outside its rigid contact problem, such as modes of its bodies."""
-        return self.outline.truncation_notices
+        return self.outline.truncation_notices + self.outline.speed_jump_notices
 
     @property
     def parameters(self) -> dict[str, float]:

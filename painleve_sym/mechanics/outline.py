@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -131,6 +132,23 @@ class MechanismOutline:
             "contact, as the page 'When does a real bar jam?' does."
             for name in dict.fromkeys(p.body for p in self.periods if p.modelled)
         )
+
+    @property
+    def speed_jump_notices(self) -> tuple[str, ...]:
+        """Sentences on contacts whose surface has a speed that jumps at known times."""
+        return tuple(
+            f"Contact {c.name}: the speed of its surface jumps at the edges of pulses, where steps "
+            "end. A rigid contact that is closed there has an impact, opens, or begins to slip."
+            for c in self.contacts
+            if any(self._pulses.search(f) for f in (c.gap, c.slip_velocity, c.slip_across))
+        )
+
+    @property
+    def _pulses(self) -> re.Pattern[str]:
+        """Pulses in the text of a formula, or the parameters that hold their values in a run."""
+        held = [p.name for p in self.parameters if p.meaning.startswith("value of ")]
+        names = "|".join(map(re.escape, held)) or "(?!)"
+        return re.compile(rf"\b(pulse|cycles)\(|\b({names})\b")
 
     @classmethod
     def of(

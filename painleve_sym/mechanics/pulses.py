@@ -37,9 +37,9 @@ class pulse(sp.Function):  # noqa: N801 - a mathematical function, written as Sy
     [0, 1, 0]
     """
 
-    nargs = (2, 3, 4)
+    nargs: Any = (2, 3, 4)
     is_real = True
-    is_nonnegative = True
+    is_nonnegative: bool | None = True
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:
         """Return the derivative, 0 but at the edges."""
@@ -66,6 +66,54 @@ class pulse(sp.Function):  # noqa: N801 - a mathematical function, written as Sy
     _pythoncode = _lambdacode = _numpycode = _jaxcode = _mpmathcode = _printed
     _ccode = _fcode = _javascript = _julia = _octave = _rcode = _rust_code = _printed
     _cxxcode = _glsl = _mcode = _maple = _printed
+
+
+class cycles(pulse):  # noqa: N801 - a mathematical function, written as SymPy writes sin
+    """Number of whole periods since a start: ``cycles(t, start, period)``, such as 2 or −1.
+
+    Examples
+    --------
+    >>> from painleve_sym.mechanics.pulses import cycles
+    >>> from painleve_sym.mechanics import TIME
+    >>> [cycles(TIME, 1, 2).subs(TIME, t).doit() for t in (0, 1, 4)]
+    [-1, 0, 1]
+    """
+
+    nargs = (3,)
+    is_nonnegative = None
+
+    def _eval_rewrite_as_Piecewise(self, *arguments: sp.Expr, **_hints: Any) -> sp.Expr:
+        """Return the same by SymPy's own function."""
+        time, start, period = arguments
+        return sp.floor((time - start) / period)
+
+
+def triangle(time: Any, period: Any, duty: Any = _HALF, delay: Any = 0) -> sp.Expr:
+    """Return a triangle wave: from −1 to 1 in the part `duty` of each period, and back.
+
+    Periods are counted from `delay`. Its rate jumps at the edges of its pulses. It is SciPy's
+    ``signal.sawtooth``, with the time in s for the phase.
+
+    Parameters
+    ----------
+    time : sympy.Expr
+        `TIME`, plus a constant.
+    period, delay : sympy.Expr
+        s; formulas of parameters.
+    duty : sympy.Expr
+        In (0, 1).
+
+    Examples
+    --------
+    >>> from painleve_sym.mechanics import TIME, triangle
+    >>> wave = triangle(TIME, 4)
+    >>> [wave.subs(TIME, t).doit() for t in (0, 1, 2, 3, 4)]
+    [-1, 0, 1, 0, -1]
+    """
+    period, duty = sp.sympify(period), sp.sympify(duty)
+    rises = pulse(time, delay, duty * period, period)
+    part = (time - delay) / period - cycles(time, delay, period)
+    return rises * (2 * part / duty - 1) + (1 - rises) * (1 - 2 * (part - duty) / (1 - duty))
 
 
 def square(time: Any, period: Any, duty: Any = _HALF, delay: Any = 0) -> sp.Expr:
@@ -105,15 +153,21 @@ def pulse_faults(formula: sp.Expr, constants: set[sp.Symbol]) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Edges:
-    """Start, width and period of a pulse as numbers, at times of `TIME`; None for what it lacks."""
+    """Start, width and period of a pulse as numbers, at times of `TIME`; None for what it lacks.
+
+    One that `counts` has the number of periods as its value.
+    """
 
     start: float
     width: float | None = None
     period: float | None = None
+    counts: bool = False
 
     def value(self, time: float) -> float:
-        """Return 0 or 1 at a time between edges."""
+        """Return 0 or 1, or how many periods are over, at a time between edges."""
         since = time - self.start
+        if self.counts and self.period is not None:
+            return float(math.floor(since / self.period))
         if self.period is not None:
             since -= self.period * math.floor(since / self.period)
         return float(since >= 0 and (self.width is None or since < self.width))
@@ -192,7 +246,10 @@ def _edges(where: str, own: pulse, values: tuple[tuple[str, float], ...]) -> Edg
     every = [a.xreplace(table).evalf(17) for a in (start - (time - _TIME), *rest)]
     if not all(a.is_Float or a.is_Rational for a in every):
         raise InputError(f"{where}: {own}: got arguments {every}, need finite real numbers.")
-    edges = Edges(*map(float, every))
+    begin, *more = map(float, every)
+    counts = isinstance(own, cycles)
+    width, period = ([None, *more] if counts else [*more, None, None])[:2]
+    edges = Edges(begin, width, period, counts)
     if edges.width is not None and edges.width < 0:
         raise InputError(f"{where}: {own}: got the width {edges.width:g} s, need >= 0.")
     if edges.period is not None and not edges.period > 0:

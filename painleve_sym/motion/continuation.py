@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.automata.model import CONTACT
 from painleve_sym.automata.signature import mode_name
 from painleve_sym.automata.watch import MEMORY_END
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason, received
+from painleve_sym.laws.contact_kind import ContactKind
 from painleve_sym.mechanics.declarations import TIME_NAME
 from painleve_sym.motion.records import PIECE
 from painleve_sym.motion.run_record import RunRecord
@@ -148,9 +150,12 @@ def carried(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
     scale = start.scale
     if start.place.parameters == origin.parameters and origin.record.scales:
         scale = known_scale(simulator, origin)
-    states, moved = states_of_end(simulator, start.state[None], scale[None], origin)
+    states, decides, moved = states_of_end(simulator, start.state[None], scale[None], origin)
     if moved is not None:
         raise InputError(f"{simulator.where}: start: {moved}")
+    if decides[0]:
+        modes = [m.name for m in simulator.outline.modes]
+        cut = cut._replace(mode=modes.index(CONTACT))
     return start._replace(state=states[0], scale=scale, **cut._asdict())
 
 
@@ -161,12 +166,13 @@ def known_scale(simulator: Simulator, origin: Trajectory) -> Array:
 
 def states_of_end(
     simulator: Simulator, prepared: Array, scale: Array, origin: Trajectory
-) -> tuple[Array, str | None]:
+) -> tuple[Array, Any, str | None]:
     """Return the states at the end of a motion, with what the changes at the cut move.
 
     Gaps and slip velocities are states of their own. Other parameters, or another mechanism of the
     same name, change them at the same coordinates: of a contact that stays open, or slides to the
-    same side, its mode remains.
+    same side, its mode remains. A closed rigid contact whose velocities change decides as after an
+    impact; a compliant one follows its normal velocity.
 
     Parameters
     ----------
@@ -178,6 +184,8 @@ def states_of_end(
     Returns
     -------
     states : ndarray, shape (n, nx)
+    decides : ndarray of bool, shape (n,)
+        Whether closed rigid contacts decide what they do.
     fault : str or None
         Sentences on the first row in which a closed contact moves.
     """
@@ -185,27 +193,34 @@ def states_of_end(
     of_origin: Any = record.simulator if isinstance(record, RunRecord) else simulator
     place = of_origin.at(first_state(of_origin, origin), origin.parameters)
     shift = prepared - of_origin.prepared(place)[0].state
-    names, fault = simulator.outline.state_names, None
+    names, fault, model = simulator.outline.state_names, None, simulator.contact
+    decides = np.zeros(len(prepared), dtype=bool)
     states = np.tile(origin.final_state, (len(prepared), 1))
-    contacts = simulator.mechanism.outline.contacts
-    for contact, row in zip(contacts, simulator.contact.rows, strict=True):
+    contacts = zip(simulator.mechanism.outline.contacts, model.rows, model.kinds, strict=True)
+    for contact, row, kind in contacts:
         places = [names.index(str(symbol)) for symbol in (row.gap, row.gap_rate, row.slip)]
         least = SMALL * scale[:, places]
         own = np.where(np.abs(shift[:, places]) > least, shift[:, places], 0.0)
         before, after = states[:, places], states[:, places] + own
         is_open = np.minimum(before[:, 0], after[:, 0]) > least[:, 0]
-        slides = ~own[:, :2].any(axis=1) & (before[:, 2] * after[:, 2] > 0)
-        wrong = own.any(axis=1) & ~is_open & ~slides
+        yields = kind not in (ContactKind.RIGID, ContactKind.GUIDE)
+        same_slip = (own[:, 2] == 0) | (before[:, 2] * after[:, 2] > 0)
+        slides = (own[:, 0] == 0) & same_slip & ((own[:, 1] == 0) | yields)
+        moved = own.any(axis=1) & ~is_open & ~slides
+        answers = moved & (own[:, 0] == 0) & (kind is ContactKind.RIGID)
+        decides |= answers
+        wrong = moved & ~answers
         if fault is None and wrong.any():
             change = own[int(np.argmax(wrong))]
             fault = (
                 f"what changes at t = {origin.final_time:g} s moves "
                 f"contact {contact.name!r} while it is closed: gap by {change[0]:.3g} m, gap rate "
                 f"by {change[1]:.3g} m/s, slip by {change[2]:.3g} m/s. Fix: change what leaves its "
-                "surface in place, or begin a new motion with the final coordinates and velocities."
+                "surface in place, take a rigid law, which answers a jump of speeds, or begin a "
+                "new motion with the final coordinates and velocities."
             )
         states[:, places] = after
-    return states, fault
+    return states, decides, fault
 
 
 def options_of_rest(options: RunOptions, cut: Cut | Start) -> RunOptions:

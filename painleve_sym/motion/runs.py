@@ -58,7 +58,7 @@ class _KeptSimulators:
             if known is None:
                 known = Simulator(mechanism, law, EngineName(engine), watch)
                 alike = next((s for (d, _), s in self._simulators.items() if d == derived), None)
-                if alike is not None:
+                if alike is not None and not mechanism.outline.pulsed:
                     known = with_fields(known, integrator=alike.integrator)
             self._simulators[derived, defaults] = known
             while len(self._simulators) > _KEPT:

@@ -231,7 +231,7 @@ class Simulator(Compared, MechanismWithLaws):
         mechanism = self._without_pulses[0]
         if mechanism is self.mechanism:
             return self
-        return with_fields(Simulator(mechanism, self.law, self.engine), whole=self)
+        return with_fields(Simulator(mechanism, self.law, self.engine, self.watch), whole=self)
 
     @cached_property
     def whole(self) -> Simulator:

@@ -269,7 +269,8 @@ class Trajectory(Shown, Compared):
         hard = pressing_notices(pressed, self.events, self.final_outputs) if pressed else ()
         past = (*past_notices(self.record.pressed_starts), *several_notices(self.events))
         past += final_slip_notices(self.events)
-        return (*past, *gained, *rigidity_notices(durations, periods), *hard)
+        jumps = self.subject.outline.speed_jump_notices if self.subject else ()
+        return (*jumps, *past, *gained, *rigidity_notices(durations, periods), *hard)
 
     @property
     def body_periods(self) -> tuple[BodyPeriod, ...]:

@@ -123,3 +123,10 @@ def test_a_start_is_one_of_a_motion_or_of_states():
     changed = ps.simulate("rod", "hertz", start, t_end=0.01, phases=[change])
     with pytest.raises(InputError, match="phases, inputs or pulses, which"):
         ps.simulate_batch("rod", "hertz", start=changed, t_end=0.02)
+
+
+def test_rows_whose_closed_contact_has_another_speed_are_one_sentence():
+    belt = ps.load_mechanism("examples/mechanisms/belt-oscillator.toml")
+    first = ps.simulate(belt, "rigid", {"x_dot": 0.2}, t_end=0.01)  # it sticks to the belt
+    with pytest.raises(ps.InputError, match=r"has another speed.*Fix: continue it row by row"):
+        ps.simulate_batch(belt, "rigid", start=first, t_end=0.02, parameters={"u": [0.2, 0.4]})

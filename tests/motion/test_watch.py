@@ -387,3 +387,15 @@ def test_exported_c_records_them(tmp_path):
     expected = (tmp_path / "rod" / "expected.txt").read_text()
     assert expected.count(" strobe: flight to flight") == 2 and "apex" not in expected
     assert "options.until[rod_event_apex] = 2;" in (tmp_path / "rod" / "main.c").read_text()
+
+
+def test_a_motion_in_phases_watches_all_of_it():
+    phases = [{"time": 0.12, "law_parameters": {"e_energetic": 0.3}}]
+    start, watch = {"y_A": 0.1, "theta": 0.9}, "apex, strobe(0.05)"
+    run = ps.simulate("rod", "rigid", start, t_end=0.31, phases=phases, watch=watch)
+    assert [e.time for e in run.events_of("strobe")] == pytest.approx(0.05 * np.arange(1, 7))
+    first = ps.simulate("rod", "rigid", start, t_end=0.12, watch=watch)
+    rest = first.continued(0.31, law_parameters={"e_energetic": 0.3})
+    apexes = [e.time for piece in (first, rest) for e in piece.events_of("apex")]
+    assert [e.time for e in run.events_of("apex")] == apexes and apexes
+    assert run.inputs["watch"] == ["apex", "strobe(0.05)"]

@@ -1,9 +1,9 @@
 """Formulas written as text become SymPy expressions; nothing in the text is executed.
 
 Allowed are numbers, declared names, `pi`, + − * / **, brackets, and the functions sin, cos, tan,
-sqrt, exp, log, atan2, abs, and pulse, square of the time. Python's parser reads the text, and each
-node of its tree is translated by an explicit rule; what has no rule is a fault. Limits keep 9**9**9
-or a thousand brackets from taking time or memory.
+sqrt, exp, log, atan2, abs, and pulse, square, triangle of the time. Python's parser reads the text,
+and each node of its tree is translated by an explicit rule; what has no rule is a fault. Limits
+keep 9**9**9 or a thousand brackets from taking time or memory.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 import sympy as sp
 
 from painleve_sym.errors import unknown_name
-from painleve_sym.mechanics.pulses import pulse, square
+from painleve_sym.mechanics.pulses import pulse, square, triangle
 from painleve_sym.mechanics.system import not_finite, singular_part
 
 MAX_LENGTH = 4000
@@ -48,6 +48,7 @@ _FUNCTIONS: Mapping[str, tuple[range, Callable[..., sp.Expr], Callable[..., floa
     "abs": (_ONE, sp.Abs, abs),
     "pulse": (range(2, 5), pulse, lambda *a: float(pulse(*a).doit())),
     "square": (range(2, 5), square, lambda *a: float(square(*a).doit())),
+    "triangle": (range(2, 5), triangle, lambda *a: float(triangle(*a).doit())),
 }
 CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
 _OPERATORS: Mapping[type[ast.operator], tuple[str, Callable[..., Any]]] = {

@@ -152,7 +152,12 @@ class BatchInputs(Compared):
         if origin.record.scales:
             own = [origin.parameters[name] for name in simulator.outline.parameter_names]
             scales[(parameters == own).all(axis=1)] = known_scale(simulator, origin)
-        states, fault = states_of_end(simulator, states, scales, origin)
+        states, decides, fault = states_of_end(simulator, states, scales, origin)
+        if fault is None and decides.any():
+            fault = (
+                "the surface of a closed contact has another speed, and rows of a batch keep the "
+                "mode of the motion before. Fix: continue it row by row with simulate."
+            )
         if fault is not None:
             raise InputError(f"batch of {simulator.where}: start: {fault}")
         return Starts(states, parameters, scales, refusal)

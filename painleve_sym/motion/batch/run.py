@@ -126,6 +126,8 @@ def _in_pieces(
             "inputs and pulses. Fix: leave them out, or take them from single runs."
         )
     own = {n: rows.inputs.get(n, np.array(0.0)) for n in simulator.units}
+    if timetable.pulses:
+        own |= _first_pulses(rows, timetable, where, float(settings.t_end))
     shared = simulator.options(
         np.zeros(len(simulator.outline.state_names)), replace(settings, record=Record.EVENTS)
     )
@@ -160,6 +162,15 @@ def _checked_origin(
             "rows of a batch do not continue. Fix: continue it row by row with simulate."
         )
     return motion
+
+
+def _first_pulses(
+    rows: BatchInputs, timetable: Timetable, where: str, end: float
+) -> dict[str, Array]:
+    """Return the pulses with which each row begins, where its start is looked at."""
+    every = [rows.row(i) for i in range(rows.count)]
+    first = [timetable.beginning(row, 0.0).pulsed(where, 0.0, end, row)[1] for row in every]
+    return {n: np.array([f[n] for f in first]).reshape(rows.shape) for n in timetable.pulses}
 
 
 def _thread_count(threads: int | None) -> int:
