@@ -65,7 +65,8 @@ class VariantFunctions:
 
     Guards that say nothing there are left out: the others belong to the `transitions` of the mode.
     `known` has one value for each entry of the memory, infinity for any. Where not `runs`, a mode
-    as it is of which variants take the place, only its field is of use.
+    as it is of which variants take the place, only its field is of use. With `by_series` guards and
+    jets are orders of a series; of a mode as it is the field is for callers.
     """
 
     smooth: Smooth
@@ -73,11 +74,20 @@ class VariantFunctions:
     known: tuple[float, ...]
     transitions: tuple[int, ...]
     runs: bool = True
+    by_series: bool = False
 
-    def all(self) -> tuple[ca.Function, ...]:
-        """Every function, for code generation."""
+    @property
+    def generated(self) -> dict[str, ca.Function]:
+        """Functions that are generated, by their role."""
         of = self.smooth
-        return (of.field, of.guards, of.jets) if self.runs else (of.field,)
+        if self.runs and not self.by_series:
+            return {"field": of.field, "guards": of.guards, "jets": of.jets}
+        return {"field": of.field} if self.is_mode else {}
+
+    @property
+    def is_mode(self) -> bool:
+        """Whether it is a mode as it is."""
+        return self.smooth.number == self.mode
 
 
 @dataclass(frozen=True)
@@ -294,12 +304,11 @@ class AutomatonFunctions:
         return int(self.modes[0].outputs.numel_out(0))
 
     def all(self) -> tuple[ca.Function, ...]:
-        """Every function, for code generation."""
+        """Every function that is not smooth, for code generation."""
         some = (self.alternatives, self.impacts, self.prepared, self.scales)
         more = [f for f in some if f is not None]
-        smooth = (f for v in self.as_they_are for f in v.all())
         modes = (f for m in self.modes for f in m.all())
-        return (self.constants, self.starts, *more, *modes, *smooth)
+        return (self.constants, self.starts, *more, *modes)
 
     def function(self, name: str, results: list[ca.SX], *more: ca.SX) -> ca.Function:
         """Return the function of states, memory and constants with these results, made dense."""

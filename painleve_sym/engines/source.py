@@ -67,8 +67,8 @@ def assemble(
     `stepper` is C that its files expect above them, `engine` hand-written C in the order in which
     it must be read. For `shared` and `written` see `c_file`.
     """
-    others = (f for v in variants[len(functions.modes) :] for f in v.all())
-    every = (*functions.all(), *others, *more)
+    smooth = (f for v in variants for f in v.generated.values())
+    every = (*functions.all(), *smooth, *more)
     table = "static const ps_variant PS_VARIANTS[PS_NV] = {\n" + ",\n".join(rows) + "};\n"
     parts = (_tables(functions, len(rows) > len(functions.modes)), table, stepper, *engine)
     sizes = _sizes(functions, every) | {"NV": len(variants)}
@@ -85,13 +85,13 @@ def variant_file(
 ) -> str:
     """Return the C file of a variant that shares what every part of its automaton's file sees."""
     callers = f"PS_EXPORT const ps_variant ps_own_variant = {row};\n"
-    return c_file((*variant.all(), *more), callers, shared_text(file), written)
+    return c_file((*variant.generated.values(), *more), callers, shared_text(file), written)
 
 
 def variant_row(v: VariantFunctions, series: str) -> str:
     """Return a variant as the initialiser of a `ps_variant`."""
-    i = v.smooth.number
-    names = f"field_{i}, guards_{i}, jets_{i}" if v.runs else f"field_{i}, 0, 0"
+    every = (v.generated.get(role) for role in ("field", "guards", "jets"))
+    names = ", ".join("0" if f is None else f.name() for f in every)
     known = initializer(map(number_text, v.known))
     row = f"{names}, {len(v.transitions)}, {initializer(v.transitions)}, {v.mode}, {known}"
     return f"{{{row}{f', {series}' if series else ''}}}"

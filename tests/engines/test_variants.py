@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 from painleve_sym.automata.variants import known_values
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.entered import Entered
+from painleve_sym.engines.taylor import source as series
+from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import CompileError
 from painleve_sym.motion.runs import simulate_batch
 from painleve_sym.motion.simulator import Simulator
@@ -149,3 +151,17 @@ def test_a_variant_that_cannot_be_compiled_is_an_error_of_the_run(cache, monkeyp
         own.run({"y_A": 1e-3}, t_end=0.01)
     with pytest.raises(CompileError, match="it is gone"):
         simulate_batch(own.mechanism, "rigid", {"y_A": [1e-3, 2e-3]}, t_end=0.01)
+
+
+@pytest.mark.parametrize("laws", ["rigid", "A=hertz,B=rigid"])
+def test_guards_and_jets_as_orders_of_a_series_are_those_of_formulas(laws, monkeypatch):
+    """Derivatives along the motion, by the series of the engine and expanded by CasADi."""
+    own = simulator(FEET, laws, "taylor")
+    monkeypatch.setattr(series, "_of", lambda functions, variant: variant)
+    expanded = Simulator(own.mechanism, own.law, "taylor")
+    vars(expanded)["integrator"] = TaylorEngine(expanded.automaton)
+    start = {"y_A": 1e-3, "theta": 0.02, "x_A_dot": 0.5}
+    a, b = (s.run(start, t_end=0.05, rtol=1e-11) for s in (own, expanded))
+    assert [(e.kind, e.mode_after) for e in a.events] == [(e.kind, e.mode_after) for e in b.events]
+    assert len(a.events) > 2
+    np.testing.assert_allclose(a.final_state, b.final_state, rtol=1e-9, atol=1e-11)

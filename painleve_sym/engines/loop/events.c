@@ -160,8 +160,7 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
       s->reason = PS_ACCUMULATION;
       return;
     }
-    double *res[4] = {s->g, s->dg, s->d2, s->k[0]};
-    call(s, v->jets, s->x, res);
+    jets_of_mode(s);
     s->h_ref = first_step(s, o);
     if (!isfinite(s->h_ref)) {
       s->reason = PS_NON_FINITE;

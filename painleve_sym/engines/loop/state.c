@@ -232,16 +232,68 @@ static void specialise(ps_run *s, const ps_options *o) {
 #endif
 }
 
+/* Guards with their first two derivatives along the motion, and the rates, at x. */
+typedef struct {
+  double *g, *dg, *d2, *rate;
+} ps_jets;
+
+#ifdef PS_ORDER
+/* The series of the present variant at x: orders 0 to p, in seconds. A power whose base is not above its
+ * floor is 0, and so are its derivatives. */
+static void orders(ps_run *s, const double *x, int p, double (*v)[PS_COLUMNS]) {
+  const ps_series *m = &s->variant->series;
+  double live[PS_RAMPS];
+  for (int r = 0; r < m->ramps; r++) live[r] = 1;
+  if (p > 1 && m->ramps) {
+    m->series(x, s->scalars, live, 1, 1, 0, v);
+    for (int r = 0; r < m->ramps; r++) live[r] = v[0][m->ramp[r]] > m->floor[r];
+  }
+  m->series(x, s->scalars, live, p, 1, 0, v);
+}
+
+static void jets_by_series(ps_run *s, const double *x, int p, const ps_jets *jets) {
+  const double one[4] = {1, 1, 1, 1};
+  double v[4][PS_COLUMNS], g[4][PS_WATCHED];
+  orders(s, x, p, v);
+  if (jets->rate) memcpy(jets->rate, v[1], PS_NX * sizeof(double));
+  if (p == 1) return;
+  s->variant->series.guards(s->scalars, p, one, (const double(*)[PS_COLUMNS])v, g);
+  for (int j = 0; j < s->variant->n; j++) {
+    jets->g[j] = g[0][j];
+    jets->dg[j] = g[1][j];
+    if (p > 2) jets->d2[j] = 2 * g[2][j];
+  }
+}
+#else
+#define jets_by_series(s, x, p, jets) (void)0
+#endif
+
 static void field(ps_run *s, const double *x, double *out) {
   double *res[1] = {out};
-  call(s, s->variant->field, x, res);
+  if (s->variant->field) call(s, s->variant->field, x, res);
+  else jets_by_series(s, x, 1, (&(ps_jets){.rate = out}));
   s->count.fields++;
 }
 
 static void guards(ps_run *s, const double *x, double *g, double *dg) {
   double *res[2] = {g, dg};
-  call(s, s->variant->guards, x, res);
+  if (s->variant->guards) call(s, s->variant->guards, x, res);
+  else jets_by_series(s, x, 2, (&(ps_jets){.g = g, .dg = dg}));
   s->count.guards++;
+}
+
+/* Guards, their derivatives and the rates of the mode just entered. */
+static void jets_of_mode(ps_run *s) {
+  double *res[4] = {s->g, s->dg, s->d2, s->k[0]};
+  if (s->variant->jets) {
+    call(s, s->variant->jets, s->x, res);
+    return;
+  }
+#ifdef PS_ORDER
+  double *scalars[1] = {s->scalars};
+  call(s, s->variant->series.scalars, s->x, scalars);
+#endif
+  jets_by_series(s, s->x, 3, (&(ps_jets){s->g, s->dg, s->d2, s->k[0]}));
 }
 
 #ifdef PS_ENERGIES

@@ -6,6 +6,7 @@ import functools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import casadi as ca
@@ -61,7 +62,7 @@ def tape(functions: AutomatonFunctions, of: VariantFunctions) -> SeriesTape:
     every, own = (functions.x, functions.z, functions.c), functions.own
     nx = own[0].numel()
     expressions = ca.vertcat(of.smooth.rates, of.smooth.margins)
-    if of.runs:
+    if of.runs and not of.by_series:
         expressions = ca.vertcat(of.smooth.field(*every)[:nx], of.smooth.guards(*every)[0])
     try:
         built = build(expressions, *own, nx)
@@ -89,7 +90,7 @@ class _ModeCode(NamedTuple):
 
 def source(functions: AutomatonFunctions, given: Places = ()) -> str:
     """Return one self-contained C file: event loop, series and guards of every mode."""
-    variants = every_variant(functions, given)
+    variants = [_of(functions, v) for v in every_variant(functions, given)]
     tapes = [tape(functions, v) for v in variants]
     pairs = list(zip(variants, tapes, strict=True))
     codes = {v.smooth.number: _code(functions, v, t) for v, t in pairs if v.runs}
@@ -112,13 +113,23 @@ def source(functions: AutomatonFunctions, given: Places = ()) -> str:
     return assemble(functions, variants, more, rows, "", engine, shared, written)
 
 
+def _of(functions: AutomatonFunctions, variant: VariantFunctions) -> VariantFunctions:
+    """Return a variant whose guards and jets are orders of its series, where formulas are long.
+
+    That is where the automaton has terms: accelerations or contact forces solved for. Derivatives
+    in given directions, and closed forms, have functions of their own.
+    """
+    by_series = bool(functions.automaton.terms) and not functions.directions
+    return replace(variant, by_series=by_series)
+
+
 def variant_source(functions: AutomatonFunctions, at: Place, file: str) -> str:
     """Return the C file of a variant, to be loaded beside the automaton's own `file`.
 
     PainleveError where it does not fit there.
     """
     number = len(functions.modes)
-    variant = functions.variant(*at, number)
+    variant = _of(functions, functions.variant(*at, number))
     code = _code(functions, variant, tape(functions, variant))
     _check_room(code, file)
     written, names = _written([code])
