@@ -22,10 +22,12 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.engines.source import every_variant
 from painleve_sym.engines.taylor.emit import SeriesCode
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.engines.taylor.simplify import simplify
-from painleve_sym.engines.taylor.source import arithmetic, tapes
+from painleve_sym.engines.taylor.source import arithmetic
+from painleve_sym.engines.taylor.source import tape as tape_of
 from painleve_sym.engines.taylor.tape import build
 from painleve_sym.errors import NoRecurrence, PainleveWarning, StopReason
 from painleve_sym.laws.catalogue import law
@@ -438,6 +440,11 @@ def test_simplified_tape_equals_field_and_guards(name):
         want = np.array(ca.Function("f", [x, z, c], [whole])(*point)).ravel()
         row = np.array(order_zero(short, functions)(*point)).ravel()
         np.testing.assert_allclose(row, want, rtol=1e-11, atol=1e-11 * np.max(np.abs(want)))
+
+
+def tapes(functions):
+    """Return the tape of each mode, of automata whose modes have no variants."""
+    return [tape_of(functions, variant) for variant in every_variant(functions, ())]
 
 
 @pytest.mark.parametrize(
