@@ -76,6 +76,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         ("feet.png", "feet.svg"),
         r"(?s)rigid feet stop together at 0\.170068 s.*2e\+05 +B +0\.170068",
     ),
+    "woodpecker.py": (
+        ("{}/cycles",),
+        ("cycles.png", "cycles.svg", "cycles.json"),
+        r"(?s)along the path +0\.1512\d\d .* 27\.806\n.*final slip +0\.14597\d .* 22\.882",
+    ),
     "tangential_compliance.py": (
         ("--quick", "--out", "{}/new/spring"),
         ("new/spring.json", "new/spring.png", "new/spring.svg"),

@@ -88,6 +88,7 @@ SCRIPTS = (
     Script("sensitive_impact.py", "{}/sensitive-impact", _of_pages("sensitive-impact")),
     Script("block_on_belt.py", "{}/block-on-belt", _of_pages("block-on-belt")),
     Script("sticking_feet.py", "{}/sticking-feet", _of_pages("sticking-feet")),
+    Script("woodpecker.py", "{}/woodpecker", _of_pages("woodpecker")),
     Script("impact_energy.py", "3000 1 {}/impact-energy", _of_pages("impact-energy")),
     Script("impact_in_space.py", "1000 {}/impact-in-space", _of_pages("impact-in-space")),
     Script("corrected_jump/corrected_jump.py", "{}", _of_pages("corrected-jump")),

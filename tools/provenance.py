@@ -20,6 +20,7 @@ PAGES: Mapping[str, tuple[Path, ...]] = {
     "docs/contact-solvers.md": (STUDIES / "peers" / "cone-dual.json",),
     "docs/corrected-jump.md": (FIGURES / "corrected-jump.json",),
     "docs/critical-force.md": (FIGURES / "critical-force.json",),
+    "docs/everyday/woodpecker.md": (FIGURES / "woodpecker.json",),
     "docs/experiments.md": (STUDIES / "bench_rod" / "bench-rod.json",),
     "docs/impacts.md": (FIGURES / "impact-energy.json",),
     "docs/numerics.md": (Path("docs/numerics.json"),),

@@ -34,6 +34,7 @@ PICTURES = {
     "sticking_feet": "docs/figures/sticking-feet.png",
     "study": "docs/figures/critical-force-convergence.png",
     "tangential_compliance": "docs/figures/tangential-compliance.png",
+    "woodpecker": "docs/figures/woodpecker.png",
 }
 """Figures of the scripts that are not executed; a study without one is not in the gallery."""
 

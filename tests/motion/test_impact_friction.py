@@ -16,7 +16,7 @@ from painleve_sym.engines.impacts import solve_simultaneous_impact
 from painleve_sym.errors import InputError
 from painleve_sym.study.sweeps.sweep import Sweep
 from tests.motion.test_one_contact_as_several import agree
-from tests.scenes import EXAMPLES, FEET
+from tests.scenes import FEET
 from tests.support import moreau, woodpecker
 
 FINAL = {"restitution": "newton", "impact_friction": "final_slip"}
@@ -24,13 +24,12 @@ E = np.array([0.5, 0.0, 0.0])
 
 
 def bird(by):
-    model = ps.load_mechanism(EXAMPLES / "woodpecker.toml")
     names = ("beak", "low", "up")
     laws = {
         name: ps.RigidLaw("newton", e=e, impact_friction=by)
         for name, e in zip(names, E, strict=True)
     }
-    return ps.Simulator(model, laws)
+    return ps.Simulator("woodpecker", laws)
 
 
 def beak_hits(run):
