@@ -108,7 +108,7 @@ def check_watches(simulator: Simulator, origin: Trajectory) -> None:
 def _at_time(simulator: Simulator, start: Start, origin: Trajectory) -> Start:
     """Return a start in a mode of its own at the time of an end."""
     names, state = simulator.outline.state_names, start.state
-    if TIME_NAME in names:
+    if TIME_NAME in names and TIME_NAME not in simulator.mechanism.state_names:
         state = state.copy()
         state[names.index(TIME_NAME)] = origin.final_time
     return start._replace(state=state, time=origin.final_time)

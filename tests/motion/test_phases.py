@@ -379,3 +379,11 @@ def test_limits_are_those_of_the_whole_motion(block):
     dense = [{"time": 1e-5 * k, "parameters": {"mu": 0.1}} for k in range(1, 50_002)]
     with pytest.raises(ps.InputError, match="need fewer than 50,000"):
         block.run({"x_dot": 0.5}, t_end=1.0, phases=dense)
+
+
+def test_what_is_watched_is_watched_in_every_piece():
+    phases = [{"time": 0.5, "parameters": {"g": 5.0}}]
+    run = ps.simulate(
+        "rod", "rigid", {"y_A": 6.0, "theta": 1.0}, t_end=0.9, watch="strobe(0.2)", phases=phases
+    )
+    assert [e.time for e in run.events_of("strobe")] == pytest.approx([0.2, 0.4, 0.6, 0.8])
