@@ -393,7 +393,7 @@ class CompliantContact(OneContact):
             f"{contact}/{branch.name}",
             self._law_field(contact, branch),
             # Friction first: at a start at rest it decides which normal motion follows.
-            (*changes, *self._changes(branch.name, contact), *self.domain_ends),
+            (*changes, *self._changes(branch.name, contact), *self.domain_ends(CONTACTS[contact])),
             self.outputs(contact, force, self.interface.of_state(branch.stored_energy)),
         )
 
@@ -414,7 +414,7 @@ class CompliantContact(OneContact):
     def _flight_modes(self) -> list[Mode]:
         free, outputs = self.field(None, _ZERO), self.outputs(None, _ZERO, _ZERO)
         return [
-            Mode(name, free, (*self._changes(name), *self.domain_ends), outputs)
+            Mode(name, free, (*self._changes(name), *self.domain_ends(0)), outputs)
             for name in self.interface.flights
         ]
 

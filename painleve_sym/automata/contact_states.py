@@ -135,12 +135,20 @@ class ContactStates(ABC):
             "stored_energy": stored,
         }
 
-    @property
-    def domain_ends(self) -> tuple[Transition, ...]:
-        """Transitions that end a run outside the mechanism's domain."""
+    def domain_ends(self, *slips: sp.Expr | int) -> tuple[Transition, ...]:
+        """Return the transitions that end a run outside the mechanism's domain.
+
+        `slips` are the signs of slip of all contacts, 0 for those that do not slide: with them
+        |v_t| in conditions on friction is smooth.
+        """
         kind, stop = EventKind.LEFT_DOMAIN, StopReason.LEFT_DOMAIN
+        speeds = {
+            row.contact.slip_speed: sign * row.slip
+            for row, sign in zip(self.rows, slips, strict=True)
+            if row.contact.friction_bounds
+        }
         return tuple(
-            Transition(f"domain_{i}", kind, bound.margin, stop=stop, bound=i)
+            Transition(f"domain_{i}", kind, bound.margin.xreplace(speeds), stop=stop, bound=i)
             for i, bound in enumerate(self.mechanism.domain)
         )
 
@@ -407,7 +415,8 @@ class OneContact(ContactStates):
         """
         rates = self.field(contact, force, normal=_ZERO, side=side) | {self.gap: _ZERO}
         outputs = self.outputs(contact, force, _ZERO, side)
-        return Mode(name, rates, (*transitions, *self.domain_ends), outputs)
+        ends = self.domain_ends(CONTACTS[contact])
+        return Mode(name, rates, (*transitions, *ends), outputs)
 
     def instant_mode(self, name: str, *transitions: Transition) -> Mode:
         """Return a mode in which no time passes, without forces."""

@@ -343,7 +343,7 @@ class PluralContacts(ContactStates):
             changes.append(
                 Transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
             )
-        changes += self.domain_ends
+        changes += self.domain_ends(*(c.sign for c in self.interfaces))
         motion = Mode(MOTION, self._field(), tuple(changes), self._outputs(), tuple(tests))
         begin: dict[sp.Symbol, sp.Expr] = {}
         for i, c in enumerate(self.interfaces):

@@ -263,7 +263,7 @@ class RigidContact(OneContact):
             on_accumulation=Accumulation(EventKind.SETTLE, DECISION, closed),
         )
         outputs = self.outputs(None, _ZERO, _ZERO)
-        return Mode(FLIGHT, self.field(None, _ZERO), (land, *self.domain_ends), outputs)
+        return Mode(FLIGHT, self.field(None, _ZERO), (land, *self.domain_ends(0)), outputs)
 
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.coefficients, CONTACTS[contact]

@@ -118,7 +118,7 @@ class FrictionCurve:
         `speed` is |v_t| of the contact, called so in messages, as a function of its state.
         """
         bounds = []
-        if not self.is_constant and not self._by_speed.is_positive:
+        if not self.is_constant and not self._by_speed.is_nonnegative:
             meaning = f"the friction coefficient of contact {contact} is positive"
             bounds.append(DomainBound(self.in_slip(speed), meaning))
         excess = self.at_rest - self.onset
