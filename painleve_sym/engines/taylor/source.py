@@ -273,7 +273,7 @@ _SCALARS_OF_VARIANTS = 64
 def _room(functions: AutomatonFunctions, switched: list[SeriesTape]) -> dict[str, int]:
     """Return the sizes that variants of modes may have, by those of the modes as they are.
 
-    Each guard has two columns: `_fitted` makes a row of a longer sum.
+    Each guard has two columns and more than twice the scalars: variants need less than half.
     """
     room = dict.fromkeys(("COLUMNS", "WATCHED", "SCALARS", "RAMPS", "ARGUMENTS"), 0)
     for tape in switched:
