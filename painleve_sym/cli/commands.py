@@ -486,6 +486,7 @@ command(
         read_names,
     ),
     setting("until", "end of each motion, by default that of the impact"),
+    setting("watch", "further events, such as apex, by which a motion may end"),
     setting("t_end", "by when each motion has ended, s, by default 1"),
     text("--skip N", "lines of DATA before its header, by default none", read_count),
     text("--separator S", "of its columns: a comma (default), ;, |, tab or space"),

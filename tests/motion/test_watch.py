@@ -18,6 +18,7 @@ from tests.motion.test_at_events import NO_MOTION_OF_TABLE, TABLE
 from tests.motion.test_continuation import MOTIONS, assert_joined
 
 ENGINES = ("taylor", "compiled", "erk")
+TABLE_FILE = Path(__file__).parents[2] / "examples/mechanisms/oscillating-table.toml"
 WATCHED = ("apex", "peak", "section", "strobe")
 OSCILLATOR = """
 name = "driven-oscillator"
@@ -244,7 +245,7 @@ def test_the_derivatives_of_an_apex_are_those_of_its_closed_form():
     assert result.final_time_gradient == pytest.approx([fall / h / 2 * (1 + e), fall], rel=1e-8)
 
 
-def test_a_fit_takes_heights_of_rebounds(tmp_path):
+def test_a_fit_takes_heights_of_rebounds(capsys, tmp_path):
     """Heights alone give e: e² is the slope of heights after over heights before, by hand."""
     rng = np.random.default_rng(1)
     dropped = np.linspace(0.2, 1.0, 12)
@@ -264,6 +265,10 @@ def test_a_fit_takes_heights_of_rebounds(tmp_path):
     )
     share = (rebounds @ dropped) / (dropped @ dropped)
     assert result.estimate[0] == pytest.approx(np.sqrt(share), rel=1e-6)
+    case = ("--estimate", "e_energetic", "--law", "rigid", "--set", "a=0,b=0", "--state", "x_dot=0")
+    data = run_json(capsys, "fit", file, TABLE_FILE, *case, "--watch", "apex", "--until", "apex")
+    (estimate,) = data["estimates"]
+    assert estimate["estimate"] == pytest.approx(np.sqrt(share), rel=1e-6)
 
 
 def test_strobes_of_a_sweep_show_the_period(tmp_path, monkeypatch):
