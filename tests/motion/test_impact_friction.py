@@ -138,6 +138,17 @@ def test_a_run_by_the_final_slip_has_the_impact_of_the_jump():
         assert run.energy_residual < 1e-12
 
 
+def test_engines_and_pieces_have_one_motion_by_the_final_slip():
+    law = ps.RigidLaw("newton", e=0.5, impact_friction="final_slip")
+    state = {"theta": 1.0, "y_A": 0.05, "x_A_dot": -0.3}
+    run = ps.simulate("rod", law, state, t_end=0.3)
+    others = [ps.Simulator("rod", law, name).run(state, t_end=0.3) for name in ("erk", "compiled")]
+    others.append(ps.simulate("rod", law, state, t_end=0.12).continued(t_end=0.3))
+    assert len(run.events_of("impact_end")) > 2
+    for other in others:
+        assert other.final == pytest.approx(run.final, abs=1e-12)
+
+
 def test_a_final_slip_under_two_coefficients_is_left_open():
     """Slip by the friction of slip and stick by that of rest can both follow: the run stops."""
     law = ps.RigidLaw("newton", impact_friction="final_slip", friction="static")
