@@ -20,7 +20,7 @@ _UPPER = {
     "html": ("present.notebook", "html"),
     "lambdified_equations": ("codegen.mode_equations", "lambdified_equations"),
     "mechanism_from_sympy": ("mechanics.imported", "mechanism_from_sympy"),
-    "plot": ("present.figure_of_trajectory", "trajectory_figure"),
+    "plot": ("present.figure_of_quantities", "motion_figure"),
     "plot_map": ("present.figure_of_map", "map_figure"),
     "quantity_function": ("at.casadi_functions", "quantity_function"),
     "sensitivities": ("motion.sensitivity.variational", "differentiated"),

@@ -111,7 +111,7 @@ CALLS = {
     "events_of": (lambda kind: run().events_of(kind), {"kind": "slip_stop"}),
     "to_dataframe": (lambda names: run().to_dataframe(names), {"names": "theta"}),
     "to_xarray": (lambda names: run().to_xarray(names), {"names": "theta"}),
-    "plot": (lambda width: run().plot(width), {"width": "x.png"}),
+    "plot": (lambda **given: run().plot(**given), {"quantities": "theta", "ax": None, "width": 3}),
     "animate": (lambda mechanism: run().animate(mechanism), {"mechanism": "x.avi"}),
     "save": (lambda path: run().save(path), {"path": "/dev/null/a.npz"}),
     "load": (ps.Trajectory.load, {"path": "no.npz"}),
@@ -159,7 +159,7 @@ def test_argument_of_a_wrong_type_is_one_clear_sentence(tmp_path, monkeypatch, n
             r"Fix: the order is mechanism, law, state\.",
         ),
         (lambda: run().animate("x.avi"), r"animation: mechanism: got 'x\.avi', need a Mechanism\."),
-        (lambda: run().plot("x.png"), r"width: got 'x\.png', need a number > 0 of inches\."),
+        (lambda: run().plot("x.png"), r"got 'x\.png'\. Fix: to write a file, plot\(\)\.savefig"),
         (lambda: motion(rtol=0), r"rtol: got 0, need a finite number >= 1e-15 and < 1\."),
         (
             lambda: motion(t_end="soon"),

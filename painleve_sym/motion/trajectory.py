@@ -56,6 +56,7 @@ from painleve_sym.units import Value
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from painleve_sym.motion.arguments import ContinuationArguments
@@ -742,20 +743,54 @@ class Trajectory(Shown, Compared):
         dataset: xarray.Dataset = library.Dataset(variables, {"time": time}, attributes)
         return dataset
 
-    def plot(self, width: float | None = None) -> Figure:
+    def plot(
+        self,
+        quantities: str | Sequence[str] | None = None,
+        *,
+        ax: Axes | Sequence[Axes] | None = None,
+        width: float | None = None,
+        **style: Any,
+    ) -> Figure:
         """Return a Matplotlib figure of forces, coordinates and velocities with the events.
 
         Parameters
         ----------
+        quantities : sequence of str, optional
+            States and outputs to draw, each in a panel of its own, instead of all.
+        ax : Axes, or several, optional
+            Axes to draw in, in SI units: those of all quantities, which then have one unit, or as
+            many as quantities. Forces are drawn where no quantities are given.
         width : float, optional
             Width of the figure, in inches; by default 7, that of a journal's page. A column is 3.4.
+        **style
+            For `Axes.plot` of quantities, such as ``color`` or ``label``.
+
+        Returns
+        -------
+        Figure
+            With axes of one's own, theirs.
 
         Raises
         ------
         InputError
-            The trajectory holds no steps.
+            The trajectory holds no steps; unknown quantities; axes that do not fit them.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> from matplotlib.figure import Figure
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.2)
+        >>> [axes.get_ylabel() for axes in run.plot("y_A,normal_force").axes]
+        ['$y_A$ (m)', '$F_n$ (N)']
+        >>> axes = Figure().subplots()
+        >>> for mu in (0.0, 0.5):
+        ...     start = {"y_A": 0.1, "theta": 1.0}
+        ...     run = ps.simulate("rod", "rigid", start, t_end=0.2, parameters={"mu": mu})
+        ...     figure = run.plot("x_A_dot", ax=axes, label=f"mu = {mu}")
+        >>> len(axes.lines)
+        2
         """
-        figure: Figure = upper("plot")(self, width)
+        figure: Figure = upper("plot")(self, quantities, ax, width, style)
         return figure
 
     def animate(

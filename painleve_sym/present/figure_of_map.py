@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from painleve_sym.arrays import Array
+from painleve_sym.errors import InputError, received
 from painleve_sym.escape import figure_text
 from painleve_sym.present.fonts import is_foreign
 from painleve_sym.present.style import (
@@ -67,11 +68,29 @@ FLOW_GRID = 120
 """Points along an axis of the flow: finer ones do not show."""
 
 
-@styled
-def map_figure(regions: RegionMap, width: float | None = None) -> Figure:
-    """Return the figure of a map; its width is in inches, by default between column and page."""
-    figure = map_frame(width)
-    axes = figure.add_subplot()
+def map_figure(regions: RegionMap, width: float | None = None, ax: Any = None) -> Figure:
+    """Return the figure of a map; its width is in inches, by default between column and page.
+
+    Where axes are given it is drawn in these.
+    """
+    if ax is None:
+        return _own_figure(regions, width)
+    if not isinstance(ax, Axes) or width is not None:
+        raise InputError(
+            f"map figure: got ax = {received(ax)}, width = {width!r}, need axes of Matplotlib "
+            "alone. Fix: figure, ax = matplotlib.pyplot.subplots()."
+        )
+    _draw(ax, regions)
+    ax.set_title(", ".join([figure_text(regions.mechanism), *_held(regions)]))
+    entries = _legend(regions)
+    ax.legend(entries.values(), entries.keys())
+    figure = ax.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return figure
+
+
+def _draw(axes: Axes, regions: RegionMap) -> None:
+    """Draw regions, flow, curves and thresholds."""
     _fill(axes, regions)
     if _flows(regions):
         _draw_flow(axes, regions)
@@ -80,6 +99,13 @@ def map_figure(regions: RegionMap, width: float | None = None) -> Figure:
         axes.plot(*regions.crossings.T, markeredgewidth=0.9, zorder=5, **CROSSING)
     _draw_thresholds(axes, regions)
     _label(axes, regions)
+
+
+@styled
+def _own_figure(regions: RegionMap, width: float | None) -> Figure:
+    figure = map_frame(width)
+    axes = figure.add_subplot()
+    _draw(axes, regions)
     name, held = figure_text(regions.mechanism), _held(regions)
     if is_foreign(name):
         # Text with formulas has one font alone.

@@ -75,14 +75,7 @@ class _Curves:
     @cached_property
     def times(self) -> Array:
         """Times of the curves, also just before each event, since forces may jump there."""
-        run = self.run
-        before = [np.nextafter(e.time, -np.inf) for e in run.events]
-        even = np.linspace(run.step_time[0], run.final_time, SMOOTH)
-        times = np.unique(np.concatenate([run.fine_times(), before, even]))
-        times = times[times >= run.step_time[0]]
-        kept = np.linspace(0, len(times) - 1, min(len(times), MAX_POINTS)).round().astype(int)
-        drawn: Array = times[kept]
-        return drawn
+        return drawn_times(self.run)
 
     @cached_property
     def states(self) -> dict[str, Array]:
@@ -156,6 +149,28 @@ class _Curves:
         return max(start, min(moments) - 0.4 * length), min(end, max(moments) + 0.4 * length)
 
 
+def drawn_times(run: Trajectory) -> Array:
+    """Return times of curves of a motion, also just before each event, since forces may jump."""
+    before = [np.nextafter(e.time, -np.inf) for e in run.events]
+    even = np.linspace(run.step_time[0], run.final_time, SMOOTH)
+    times = np.unique(np.concatenate([run.fine_times(), before, even]))
+    times = times[times >= run.step_time[0]]
+    kept = np.linspace(0, len(times) - 1, min(len(times), MAX_POINTS)).round().astype(int)
+    drawn: Array = times[kept]
+    return drawn
+
+
+def refuse_unmoved(trajectory: Trajectory) -> None:
+    """Raise InputError where a trajectory holds no steps."""
+    if not len(trajectory.step_time):
+        why = f"the run ended at its start ({trajectory.stop_reason.label})"
+        raise InputError(
+            f"figure: {why}: there is no motion to draw. Fix: start elsewhere."
+            if trajectory.ended_at_start
+            else "figure: the trajectory holds no steps. Fix: simulate with record='dense'."
+        )
+
+
 def trajectory_figure(trajectory: Trajectory, width: float | None = None) -> Figure:
     """Return a figure of the forces, every coordinate and every velocity over time.
 
@@ -168,13 +183,7 @@ def trajectory_figure(trajectory: Trajectory, width: float | None = None) -> Fig
             f"trajectory figure: width: got {received(width)}, need a number > 0 of inches. "
             "Fix: to write a file, plot().savefig(...)."
         )
-    if not len(trajectory.step_time):
-        why = f"the run ended at its start ({trajectory.stop_reason.label})"
-        raise InputError(
-            f"figure: {why}: there is no motion to draw. Fix: start elsewhere."
-            if trajectory.ended_at_start
-            else "figure: the trajectory holds no steps. Fix: simulate with record='dense'."
-        )
+    refuse_unmoved(trajectory)
     return _figure(_Curves(trajectory), PAGE if width is None else width)
 
 

@@ -103,7 +103,7 @@ def outcomes(over="E", unit="Pa", values=(1e9, 9e9)) -> OutcomeMap:
 def test_texts_are_apart_and_inside_at_both_widths(name, width, request):
     subject = outcomes() if name == "outcomes" else request.getfixturevalue(name)
     figures = {"regions": map_figure, "comparison": contrast_figure, "outcomes": outcome_figure}
-    figure = figures[name](subject, width) if name in figures else subject.plot(width)
+    figure = figures[name](subject, width) if name in figures else subject.plot(width=width)
     assert_texts_apart(painted(figure), name)
     assert_texts_legible(figure)
     assert figure.get_figwidth() == width and figure.get_figheight() <= TALLEST
@@ -114,7 +114,7 @@ def test_texts_are_apart_and_inside_at_both_widths(name, width, request):
 
 
 def test_column_has_its_magnified_panel_below_the_other(one, one_figure):
-    column = one.plot(COLUMN)
+    column = one.plot(width=COLUMN)
     first, second = column.axes[:2]
     titles = [axes.get_title(loc="left") for axes in (first, second)]
     assert titles[0].startswith("rod,") and "magnified" in titles[1]

@@ -189,7 +189,7 @@ def test_marks_that_hide_each_other_have_an_inset():
 
 def test_width_title_and_format(tmp_path, impact):
     path = tmp_path / "motion"
-    write_figure(impact.plot(5.0), path, Look(titled=False, file_format="png"))
+    write_figure(impact.plot(width=5.0), path, Look(titled=False, file_format="png"))
     with Image.open(path) as image:
         assert image.format == "PNG" and image.width == 5 * DPI
         assert round(image.info["dpi"][0]) == DPI == 300

@@ -32,6 +32,7 @@ from painleve_sym.units import Value
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 FORMAT = "painleve-sym map 1"
@@ -204,8 +205,20 @@ class RegionMap(Shown, Compared):
         named: NDArray[np.str_] = np.vectorize(names.get, otypes=[str])(self.case)
         return named
 
-    def plot(self) -> Figure:
-        """Return the matplotlib figure that `painleve map --plot` draws.
+    def plot(self, ax: Axes | None = None, *, width: float | None = None) -> Figure:
+        """Return the Matplotlib figure that `painleve map --plot` draws.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw in, instead of those of a new figure; theirs is returned.
+        width : float, optional
+            Width of a new figure, in inches.
+
+        Raises
+        ------
+        InputError
+            Other axes than those of Matplotlib.
 
         Examples
         --------
@@ -214,7 +227,7 @@ class RegionMap(Shown, Compared):
         >>> len(regions.plot().axes)
         1
         """
-        figure: Figure = upper("plot_map")(self)
+        figure: Figure = upper("plot_map")(self, width, ax)
         return figure
 
     def to_dataframe(self) -> pandas.DataFrame:
