@@ -14,7 +14,13 @@ from tools.tables import written
 CITATION = (provenance.ROOT / "CITATION.cff").read_text("utf-8")
 LAST_RELEASE = re.search(r"^version: (.*)$", CITATION, re.M)[1]
 STUDY = re.compile(r"examples/studies/([\w/]+)\.(?:py|png)|tests\.benchmarks\.\w+_page")
-COMPARED = {"docs/fit.md", "docs/how-to/fit.md", "docs/how-to/robot.md", "docs/impacts-in-space.md"}
+COMPARED = {
+    "docs/fit.md",
+    "docs/how-to/equations-elsewhere.md",
+    "docs/how-to/fit.md",
+    "docs/how-to/robot.md",
+    "docs/impacts-in-space.md",
+}
 """Pages whose numbers a test computes again and compares with the page."""
 
 

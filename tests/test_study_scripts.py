@@ -66,6 +66,14 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
     ),
     "robots/robots.py": (("--quick", "--out", "{}/new"), (), r"ANYmal C|not installed"),
     "sensitive_impact.py": (("{}/rate",), ("rate.png", "rate.svg"), r"mu"),
+    "optimal_control.py": (
+        ("{}/control",),
+        ("control.png", "control.svg"),
+        # By hand: 2/3, 2 and 4/3 s, and 8 N^2 s.
+        r"(?s)(0\.6666666667 +){2}s.*(2\.0000000000 +){2}s.*(1\.3333333333 +){2}s"
+        r".*(8\.0000000000 +){2}.*0\.666666667 s, slips back at 2\.666666667 s"
+        r".*x = -?\d\.\de-1\d m, v = -?(\d\.\de-1\d|0\.0e\+00) m",
+    ),
     "block_on_belt.py": (
         ("{}/block-on-belt",),
         ("block-on-belt.png", "block-on-belt.svg"),

@@ -86,6 +86,7 @@ SCRIPTS = (
         _of_pages("tangential-compliance"),
     ),
     Script("sensitive_impact.py", "{}/sensitive-impact", _of_pages("sensitive-impact")),
+    Script("optimal_control.py", "{}/optimal-control", _of_pages("optimal-control")),
     Script("block_on_belt.py", "{}/block-on-belt", _of_pages("block-on-belt")),
     Script("sticking_feet.py", "{}/sticking-feet", _of_pages("sticking-feet")),
     Script("woodpecker.py", "{}/woodpecker", _of_pages("woodpecker")),

@@ -27,6 +27,7 @@ PICTURES = {
     "impact_energy": "docs/figures/impact-energy.png",
     "impact_in_space": "docs/figures/impact-in-space.png",
     "landing": "examples/studies/rigid_rod/landing.png",
+    "optimal_control": "docs/figures/optimal-control.png",
     "paradox_in_space": "examples/studies/paradox_in_space/paradox-in-space.png",
     "rigid_rod": "examples/studies/rigid_rod/rigid-rod.png",
     "run_all": "docs/figures/peers.png",

@@ -749,7 +749,9 @@ class Trajectory(Shown, Compared):
         *,
         ax: Axes | Sequence[Axes] | None = None,
         width: float | None = None,
-        **style: Any,
+        label: str | None = None,
+        color: str | None = None,
+        linestyle: str | None = None,
     ) -> Figure:
         """Return a Matplotlib figure of forces, coordinates and velocities with the events.
 
@@ -762,8 +764,8 @@ class Trajectory(Shown, Compared):
             many as quantities. Forces are drawn where no quantities are given.
         width : float, optional
             Width of the figure, in inches; by default 7, that of a journal's page. A column is 3.4.
-        **style
-            For `Axes.plot` of quantities, such as ``color`` or ``label``.
+        label, color, linestyle : str, optional
+            Of the lines of quantities, as for `Axes.plot`.
 
         Returns
         -------
@@ -790,6 +792,8 @@ class Trajectory(Shown, Compared):
         >>> len(axes.lines)
         2
         """
+        given = {"label": label, "color": color, "linestyle": linestyle}
+        style = {name: value for name, value in given.items() if value is not None}
         figure: Figure = upper("plot")(self, quantities, ax, width, style)
         return figure
 
