@@ -6,14 +6,13 @@ import argparse
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 from painleve_sym.cli.options import output_file, output_store
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.cli.run import EXIT_DOUBTFUL
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.study.sweeps.runner import run_sweep
-from painleve_sym.study.sweeps.store import SUFFIXES, check_format, parts_folder
+from painleve_sym.study.sweeps.store import SUFFIXES, SweepSummary, check_format, parts_folder
 from painleve_sym.study.sweeps.sweep import Sweep
 
 
@@ -40,11 +39,12 @@ def sweep(arguments: argparse.Namespace) -> int:
                 "there.\n"
             )
         raise
-    summary |= {"seconds": time.monotonic() - begun, "file": str(out)}
+    made = {"seconds": time.monotonic() - begun, "file": str(out)}
     if arguments.json:
-        print_json(summary)
+        print_json({**summary, **made})
     else:
         _show(summary)
+        show(f"written: {out}")
     return EXIT_DOUBTFUL if summary["open_balances"] else 0
 
 
@@ -56,7 +56,7 @@ def _result(text: str) -> Path:
     return out
 
 
-def _show(summary: dict[str, Any]) -> None:
+def _show(summary: SweepSummary) -> None:
     show(summary["title"] or f"{summary['mechanism']} with law {summary['law']}")
     axes = ", ".join(f"{n} [{u}]" for n, u in summary["axes"].items())
     show(f"{summary['points']:,} points over {axes}")
@@ -79,4 +79,3 @@ def _show(summary: dict[str, Any]) -> None:
     show_table(("quantity", "from", "to", "without"), rows)
     for notice in summary["notices"]:
         show(notice)
-    show(f"written: {summary['file']}")

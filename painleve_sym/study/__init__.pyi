@@ -17,4 +17,5 @@ from painleve_sym.study.fitting.result import FitResult as FitResult
 from painleve_sym.study.maps.region_map import RegionMap as RegionMap
 from painleve_sym.study.maps.region_map import region_map as region_map
 from painleve_sym.study.sweeps.runner import sweep as sweep
+from painleve_sym.study.sweeps.store import SweepSummary as SweepSummary
 from painleve_sym.study.sweeps.sweep import Sweep as Sweep

@@ -3,9 +3,9 @@
 import numpy as np
 
 import painleve_sym as ps
-from painleve_sym.at import JumpPhase, JumpResult
+from painleve_sym.at import ClassificationTable, JumpPhase, JumpResult
 from painleve_sym.motion import EventRecord, Segment, SensitiveTrajectory
-from painleve_sym.study import Border, CriticalForce, FitResult, RegionMap
+from painleve_sym.study import Border, CriticalForce, FitResult, RegionMap, SweepSummary
 
 rod: ps.Mechanism = ps.models.rod(mu=1.5)
 law: ps.ContactLaw = ps.laws.bilinear_hertz(E=20.9e14, reload="virgin")
@@ -31,6 +31,13 @@ segment: Segment = run.segments[0]
 solution: ps.ContactSolution = ps.classify(rod, start).solutions[0]
 phase: JumpPhase = jump.phases[0]
 result: FitResult = ps.fit("rod", law, "impacts.csv", ["mu"])
+summary: SweepSummary = ps.sweep("grid.toml", "grid.nc")
+points: int = summary["points"]
+first: float | None = summary["quantities"]["theta_dot"]["from"]
+columns: FitResult = ps.fit("rod", law, {"t": [0.0], "gap": [0.1]}, "mu", csv={"skip": 1})
+in_order: ps.Trajectory = ps.simulate(rod, law, np.zeros(6), t_end=1e-3)
+rows: ps.BatchResult = ps.simulate_batch(rod, law, start=run, t_end=2e-3)
+table: ClassificationTable = ps.classify_batch(rod, {"theta": np.linspace(0.9, 1.0, 3)})
 
 ps.simulate(rod, law, start)  # error: [call-arg]
 ps.simulate(rod, law, start, t_end=1e-3, engine="fortran")  # error: [arg-type]
@@ -44,3 +51,5 @@ ps.evaluate_jump(rod, "moreau", start)  # error: [arg-type]
 simulator.run(start, t_end=None)  # error: [arg-type]
 dataset: int = run.to_xarray()  # error: [assignment]
 energy = run.energy  # error: [attr-defined]
+seconds_of_sweep = summary["seconds"]  # error: [typeddict-item]
+ps.simulate(rod, law, "theta=1", t_end=1e-3)  # error: [arg-type]

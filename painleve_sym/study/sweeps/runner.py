@@ -5,17 +5,22 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.progress import progress
-from painleve_sym.study.sweeps.store import Store, check_format, open_store, parts_folder
+from painleve_sym.study.sweeps.store import (
+    Store,
+    SweepSummary,
+    check_format,
+    open_store,
+    parts_folder,
+)
 from painleve_sym.study.sweeps.sweep import Columns, Sweep
 
 
 def sweep(
     source: str | Path, out: str | Path, *, threads: int | None = None, cluster: str | None = None
-) -> dict[str, Any]:
+) -> SweepSummary:
     """Run or resume the sweep that a TOML file describes; see `run_sweep`.
 
     Parameters
@@ -29,8 +34,8 @@ def sweep(
 
     Returns
     -------
-    dict
-        Summary of the sweep: points, axes, stop reasons, ranges of the quantities.
+    SweepSummary
+        Points, axes, stop reasons, ranges of the quantities.
 
     Examples
     --------
@@ -45,7 +50,7 @@ def sweep(
 
 def run_sweep(
     sweep: Sweep, out: Path, *, threads: int | None = None, cluster: str | None = None
-) -> dict[str, Any]:
+) -> SweepSummary:
     """Compute every chunk that is not written yet, write the result and return its summary.
 
     Until the result file is whole, everything is in the folder ``OUT.parts`` beside it. Threads are

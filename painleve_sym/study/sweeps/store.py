@@ -20,7 +20,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,51 @@ LOCK, _HOLDER = "lock", ".holder"
 SUFFIXES = tuple(f".{form}" for form in FORMATS)
 _PROVENANCE = "provenance_"
 _NEEDS = {".nc": ("NetCDF", "h5netcdf"), ".zarr": ("Zarr", "zarr")}
+
+
+# One key is a word of Python.
+QuantityRange = TypedDict(
+    "QuantityRange",
+    {"unit": str, "from": float | None, "to": float | None, "missing": int},
+)
+"""Least and largest value of a quantity, None without any, and points without a value."""
+
+
+class SweepSummary(TypedDict):
+    """Counts and ranges of a sweep, as `painleve_sym.sweep` returns them.
+
+    Attributes
+    ----------
+    title, mechanism, law : str
+    points : int
+    axes : dict of str to str
+        Unit of each axis.
+    stop_reasons : dict of str to int
+        How many motions ended for each reason.
+    quantities : dict of str to QuantityRange
+        Unit, ``from``, ``to``, and how many points have no value.
+    open_balances : int
+        Motions whose energy balance does not close.
+    notices : list of str
+
+    Examples
+    --------
+    >>> import tempfile, painleve_sym as ps
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary = ps.sweep("examples/sweeps/table3_grid.toml", folder + "/table3.npz")
+    >>> summary["points"] == sum(summary["stop_reasons"].values())
+    True
+    """
+
+    title: str
+    mechanism: str
+    law: str
+    points: int
+    axes: dict[str, str]
+    stop_reasons: dict[str, int]
+    quantities: dict[str, QuantityRange]
+    open_balances: int
+    notices: list[str]
 
 
 def check_format(out: Path) -> None:
@@ -258,12 +303,12 @@ class Store:
         pairs = zip(self.sweep.starts, self.columns[SUMS].tolist(), strict=True)
         return [s for s, there in pairs if not there or there != _sum(self.read(s))]
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> SweepSummary:
         """Return counts of the stop reasons, the range of every quantity, and notices."""
         sweep = self.sweep
         reasons = sweep.codes("stop_reason") or {}
         counts = np.zeros(len(reasons), int)
-        ranges: dict[str, dict[str, Any]] = {}
+        ranges: dict[str, QuantityRange] = {}
         off, largest, limit = 0, 0.0, open_from(sweep.scenario.settings.rtol)
         pressed = sum(sweep.pressed_count(start, sweep.stop(start)) for start in sweep.starts)
         for chunk in map(self.read, sweep.starts):
@@ -371,7 +416,7 @@ def _sum(chunk: Columns) -> int:
     return total + 1
 
 
-def _widen(ranges: dict[str, dict[str, Any]], name: str, values: NDArray[Any], unit: str) -> None:
+def _widen(ranges: dict[str, QuantityRange], name: str, values: NDArray[Any], unit: str) -> None:
     """Widen the range of a quantity by the values of a chunk."""
     each = values.reshape(len(values), -1)
     there = np.isfinite(each)
