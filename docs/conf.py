@@ -9,6 +9,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 sys.path[:0] = [str(DOCS / "_ext"), str(ROOT)]
 
+import class_pages  # noqa: E402
 import gallery  # noqa: E402
 import reference_pages  # noqa: E402
 from pygments.lexer import RegexLexer  # noqa: E402
@@ -157,6 +158,9 @@ def link_works(app, env):
 def setup(app):
     """Write the generated pages before Sphinx reads any, and resolve names of the package."""
     app.add_lexer("console", ConsoleLexer)
+    # Before numpydoc, whose priority is 500.
+    app.connect("autodoc-process-docstring", class_pages.begin_with_example, priority=400)
+    app.connect("autodoc-process-signature", class_pages.hide_constructor, priority=400)
     app.connect("autodoc-process-docstring", write_links_and_bars, priority=900)
     app.connect("config-inited", lambda app, config: reference_pages.write(DOCS / "_generated"))
     app.connect("source-read", link_folders_outside)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import json
 import re
 import sys
@@ -32,6 +34,51 @@ def pages():
     finally:
         sys.path.remove(str(EXTENSION))
     return reference_pages
+
+
+@pytest.fixture(scope="module")
+def classes():
+    sys.path.insert(0, str(EXTENSION))
+    try:
+        import class_pages
+    finally:
+        sys.path.remove(str(EXTENSION))
+    return class_pages
+
+
+RESULTS = (
+    *("BatchResult", "Classification", "ClassificationTable", "Comparison", "ContactSolution"),
+    *("CorrectedJump", "CriticalForce", "EventRecord", "FitData", "FitResult", "Impact"),
+    *("JumpPhase", "JumpResult", "RegionMap", "Reference", "SensitiveTrajectory", "SweepSummary"),
+    *("Robot", "TangentialImpact", "Trajectory"),
+)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_page_of_a_result_begins_with_its_example(classes, name):
+    public = getattr(importlib.import_module(public_names()[name]), name)
+    lines = inspect.getdoc(public).splitlines()
+    shown = classes.example_first(lines)
+    first = next(i for i, line in enumerate(shown) if line.startswith(">>> "))
+    sections = [i for i, line in enumerate(shown) if line.startswith("---")]
+    assert first < min(sections, default=len(shown)) and shown[0] == lines[0]
+    left = {"Examples", "--------", ""}
+    assert sorted(set(shown) - left) == sorted(set(lines) - left)
+    assert classes.hide_constructor(None, "class", name, public, None, "(x)", None) == ("", "")
+
+
+def test_what_users_make_keeps_its_constructor(classes):
+    for name in ("Body", "Contact", "Coordinate", "CsvFormat", "Disc", "Parameter", "Simulator"):
+        public = getattr(importlib.import_module(public_names()[name]), name)
+        assert classes.is_made_by_users(public), name
+        assert classes.hide_constructor(None, "class", name, public) is None
+
+
+def test_examples_move_and_nothing_else_does(classes):
+    text = "One line.\n\nMore.\n\nAttributes\n----------\na : int\n\nExamples\n--------\n>>> 1\n1"
+    expected = "One line.\n\n>>> 1\n1\n\n\nMore.\n\nAttributes\n----------\na : int\n"
+    assert "\n".join(classes.example_first(text.splitlines())) == expected
+    assert classes.example_first(["No example."]) == ["No example."]
 
 
 def first_cells(table):

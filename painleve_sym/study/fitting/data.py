@@ -54,6 +54,14 @@ class FitData(Compared):
         Start values of each motion, by state; empty for a history.
     measured : mapping of str to ndarray, shape (n,)
         By state or output; nan where a cell is empty.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> from painleve_sym.study import read_fit_data
+    >>> data = read_fit_data("examples/studies/fit/force.csv", ps.models.rod())
+    >>> data.count, data.units
+    (101, {'normal_force': 'N'})
     """
 
     where: str

@@ -39,6 +39,19 @@ class FitResult(Compared):
         Of the scaled Jacobian.
     message : str
         Why the least squares ended.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> columns = {"start y": "drop", "end y_dot": "sqrt(2*g*rebound)"}
+    >>> form = {"skip": 2, "separator": ";", "decimal": ",", "columns": columns}
+    >>> heights = "examples/studies/fit/rebounds.csv"
+    >>> ball = ps.load_mechanism("examples/mechanisms/dropped-ball.toml")
+    >>> result = ps.fit(ball, "rigid", heights, "e_energetic", csv=form)
+    >>> result
+    FitResult: e_energetic = 0.8832583 ± 0.0026
+    >>> result.interval.round(4).tolist()
+    [[0.8779, 0.8886]]
     """
 
     def __repr__(self) -> str:
