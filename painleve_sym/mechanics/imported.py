@@ -231,9 +231,17 @@ class _Space:
     in_space: bool
 
     def components(self, value: Any, where: str) -> Any:
-        """Return the components of a point or vector, any other value as it is."""
+        """Return the components of a point, body or vector, any other value as it is.
+
+        A particle is its point, a rigid body its mass centre.
+        """
+        from sympy.physics.mechanics import Particle, RigidBody
         from sympy.physics.vector import Point, Vector
 
+        if isinstance(value, RigidBody):
+            value = value.masscenter
+        elif isinstance(value, Particle):
+            value = value.point
         if not isinstance(value, Point | Vector):
             return value
         if self.frame is None or (isinstance(value, Point) and self.origin is None):

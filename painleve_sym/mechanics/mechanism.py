@@ -146,7 +146,8 @@ class Mechanism(Shown, Deferred):
         contacts : mapping of str to mapping
             By the contact's name the arguments of `Contact.of_point`, `Contact.of_disc` (with
             ``radius``), `Contact.in_space` (where `in_space`) or `Contact` (with ``gap``). Points
-            and vectors of `sympy.physics.vector` have their components along `frame`.
+            and vectors of `sympy.physics.vector` have their components along `frame`; a particle
+            stands for its point, a rigid body for its mass centre.
         parameters : mapping of sympy.Symbol to float or Parameter
             Default of every constant, by its symbol or name. A `Parameter` has its unit and range,
             too.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -19,6 +21,7 @@ from sympy.physics.mechanics import (
 )
 
 import painleve_sym as ps
+from painleve_sym.laws.catalogue import LAWS
 
 T = dynamicsymbols._t
 X, Y, THETA = dynamicsymbols("x_A y_A theta")
@@ -277,3 +280,44 @@ def test_a_pair_needs_its_coordinates_and_their_number():
     with pytest.raises(ps.InputError, match="need a function of the time"):
         pair = sp.eye(2), sp.zeros(2, 1)
         ps.Mechanism.from_sympy(pair, {}, {}, coordinates=[sp.Symbol("x"), y])
+
+
+QUICK = {"hertz", "rigid"}
+
+
+@functools.cache
+def both_rods():
+    return lagrange_rod(), ps.models.rod()
+
+
+@pytest.mark.parametrize(
+    "law", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in sorted(LAWS)]
+)
+def test_one_motion_through_both_descriptions_under_every_law(law):
+    """The rod falls onto the ground, sliding, and leaves it again."""
+    start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0, "y_A": 1e-4, "y_A_dot": -0.1}
+    imported, own = (ps.simulate(rod, law, start, t_end=5e-3, rtol=1e-12) for rod in both_rods())
+    assert [e.kind for e in imported.events] == [e.kind for e in own.events] != []
+    times = [e.time for e in own.events]
+    assert [e.time for e in imported.events] == pytest.approx(times, rel=1e-9)
+    for name in both_rods()[1].state_names:
+        size = max(own.size(name), 1e-3)
+        assert imported.final[name] == pytest.approx(own.final[name], abs=1e-8 * size), name
+    assert imported.energy_closes
+
+
+def test_the_point_of_a_contact_may_be_that_of_a_body():
+    q, h = dynamicsymbols("q h")
+    N, O = ReferenceFrame("N"), Point("O")
+    O.set_vel(N, 0)
+    P = O.locatenew("P", q * N.x + h * N.y)
+    P.set_vel(N, q.diff(T) * N.x + h.diff(T) * N.y)
+    ball = Particle("ball", P, M)
+    ball.potential_energy = M * G * h
+    method = LagrangesMethod(Lagrangian(N, ball), [q, h])
+    for body in (ball, P, RigidBody("body", P, N, M, (inertia(N, 1, 1, 1), P))):
+        mechanism = ps.Mechanism.from_sympy(
+            method, {"A": {"point": body, "friction": MU}}, {**VALUES, L: 1}, frame=N, origin=O
+        )
+        assert str(mechanism.contact.gap) == "h"
+        assert str(mechanism.contact.slip_velocity) == "q_dot"
