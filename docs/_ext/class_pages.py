@@ -1,4 +1,4 @@
-"""Pages of classes: a result begins with its example and has no constructor, which nobody calls."""
+"""Pages of classes: a result begins with its example and has no constructor."""
 
 from __future__ import annotations
 

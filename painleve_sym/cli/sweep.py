@@ -39,9 +39,9 @@ def sweep(arguments: argparse.Namespace) -> int:
                 "there.\n"
             )
         raise
-    made = {"seconds": time.monotonic() - begun, "file": str(out)}
+    written = {"seconds": time.monotonic() - begun, "file": str(out)}
     if arguments.json:
-        print_json({**summary, **made})
+        print_json({**summary, **written})
     else:
         _show(summary)
         show(f"written: {out}")

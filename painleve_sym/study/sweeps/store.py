@@ -62,9 +62,9 @@ class SweepSummary(TypedDict):
     axes : dict of str to str
         Unit of each axis.
     stop_reasons : dict of str to int
-        How many motions ended for each reason.
+        Number of motions that ended for each reason.
     quantities : dict of str to QuantityRange
-        Unit, ``from``, ``to``, and how many points have no value.
+        Unit, ``from``, ``to``, and the number of points without a value.
     open_balances : int
         Motions whose energy balance does not close.
     notices : list of str
