@@ -18,7 +18,7 @@ import numpy as np
 from painleve_sym.problem.constraints import Constraint, Piece, Vector, pieces
 from painleve_sym.problem.families import Family, forces_of_motion
 from painleve_sym.problem.law import EDGE, EQUAL, Checked, ScaledLaw, Slips
-from painleve_sym.problem.products import PieceProduct
+from painleve_sym.problem.products import CUT, PieceProduct
 from painleve_sym.problem.scaling import Placed
 from painleve_sym.problem.turning import (
     TurnedLaw,
@@ -75,17 +75,23 @@ class Answers:
     # ---- solve ----
 
     def _solve(self) -> None:
-        solved, singular = PieceProduct(self.law).solve()
+        product = PieceProduct(self.law)
+        solved, singular = product.solve()
         for forces, choice in solved:
             self._add(forces, tuple([piece.slips for piece in choice.pieces]))  # type: ignore[misc]
         for choice in singular:
             self._add_family(self.law, Family(self.law, choice.pieces))
+        if self._moving:  # choices left out may have another motion of a continuum
+            for choice in product.left:
+                self._add_family(self.law, Family(self.law, choice.pieces))
         turning = self.law.layout.turning
         if turning:
             self._turn()
         if self.searched and self._missed():
             self._turn(finer=2)
-        if self._moving or ((singular or turning or self._merged) and self._may_be_open):
+        if self._moving or (
+            (singular or product.left or turning or self._merged) and self._may_be_open
+        ):
             self._open()
         if len(self.all) > 1:
             self.all = ordered(self.law, self.all)
@@ -117,9 +123,9 @@ class Answers:
         if not family.reached:
             self._families.append(family)
             return None
-        if not family.moves:
-            motion = law.motion(family.forces)
-            if any(law.same_motion(motion, a.checked.motion) for a in self.all if law is self.law):
+        if law is self.law and (len(law.constraints) >= CUT or not family.moves):
+            motion = family.only_motion()
+            if motion and any(law.same_motion(motion, a.checked.motion) for a in self.all):
                 return None
         inside = family.inside()
         if inside is None:

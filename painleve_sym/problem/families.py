@@ -21,6 +21,7 @@ from painleve_sym.problem.law import ZERO, Motion, ScaledLaw
 
 RANGE = 1e-12  # of b: what may be missing to the range of a singular matrix
 _MOVES = 1e-10  # of an acceleration by a force of order one; zeros are below 1e-14
+_ONE = 1e-9  # of a line of motions: signs leave a point of it
 _HOLDS = 1e-9  # of the forces: they are those of a choice
 
 
@@ -106,6 +107,36 @@ class Family:
         """Whether forces that the equations leave open change an acceleration."""
         null = self._parts[1]
         return bool(null.shape[1]) and bool(np.abs(self.rates @ null).max() > _MOVES)
+
+    def only_motion(self) -> Motion | None:
+        """Return the only motion that the equations and the signs of accelerations admit.
+
+        None where there may be others: signs that leave one motion of a line of them, but for
+        rounding, are those of slips that exclude each other.
+        """
+        x, null = self._parts
+        assert x is not None
+        if not self.moves:
+            return self.law.motion(self.forces)
+        moved = self.rates @ null
+        _, stretch, right = np.linalg.svd(moved, full_matrices=False)
+        if len(stretch) > 1 and stretch[1] > _MOVES:
+            return None
+        along = moved @ right[0]
+        low, high, start = -math.inf, math.inf, self.rates @ x + self.b
+        for piece in self.chosen:
+            for rows, values in piece.signs:
+                at = list(rows)
+                slope, level = float(np.dot(values, along[at])), float(np.dot(values, start[at]))
+                if slope > _MOVES:
+                    low = max(low, -level / slope)
+                elif slope < -_MOVES:
+                    high = min(high, -level / slope)
+        middle = (low + high) / 2
+        if not math.isfinite(middle) or abs(high - low) > _ONE * max(1.0, abs(middle)):
+            return None
+        forces: Vector = (self.G @ (x + middle * (null @ right[0]))).tolist()
+        return self.law.motion(forces)
 
     @property
     def forces(self) -> Vector:

@@ -26,12 +26,15 @@ from painleve_sym.problem.complementarity.solution_sets import (
 )
 from painleve_sym.problem.constraints import Constraint, Linear, Piece, Vector, linear_pieces
 from painleve_sym.problem.law import ScaledLaw, acceleration
+from painleve_sym.problem.rank_cut import RankCut
 from painleve_sym.problem.rounding import SUM
 
 IntArray = npt.NDArray[np.intp]
 
 # Rejects only candidates that are certainly wrong; the others are checked later.
 REJECTION = 1e-6
+CUT = 3
+"""Constraints from which choices that need not be tried are looked for."""
 _KEPT = 4**3
 """Most choices that are kept: those of more contacts take memory, and their solution longer."""
 
@@ -86,11 +89,18 @@ class PieceProduct:
     Parameters
     ----------
     law : ScaledLaw
+
+    Attributes
+    ----------
+    left : list of PieceChoice
+        Singular choices that `solve` leaves out: their forces move nothing, and their motions are
+        those of other choices.
     """
 
     def __init__(self, law: ScaledLaw) -> None:
         self.law, self.W, self.b = law, law.W, law.b
         self.offered, self.directions, self._choices = _offered(law.constraints)
+        self.left = list[PieceChoice]()
         # The accelerations that every direction of every piece causes. A sign that rounding left of
         # W_nn - mu s W_nt would be an accident: as in `rounded_difference`.
         self._rates = list(map(self._rate, self.directions))
@@ -140,9 +150,45 @@ class PieceProduct:
         Some miss their inequalities by little: every point still needs its check. Forces on the
         border of two pieces appear twice.
         """
+        if self._cut is not None:
+            return self._solve_small_ones(self._cut)
         points, singular = list[tuple[Vector, PieceChoice]](), list[PieceChoice]()
-        largest = max(map(abs, self.b))
         for choices in self._groups():
+            self._solve_group(choices, points, singular)
+        return points, singular
+
+    @cached_property
+    def _cut(self) -> RankCut | None:
+        """The choices that need not be tried; None where there are few, or all have to be."""
+        if self._choices is not None and len(self.offered) < CUT:
+            return None
+        cut = RankCut(self.law, self.offered, self.ways)
+        return cut if cut.applies else None
+
+    def _solve_small_ones(
+        self, cut: RankCut
+    ) -> tuple[list[tuple[Vector, PieceChoice]], list[PieceChoice]]:
+        """Return the same without choices whose motions are those of smaller ones."""
+        points, regular = list[tuple[Vector, PieceChoice]](), list[int]()
+        for numbers in cut.order(np.flatnonzero(cut.unknowns <= cut.rank)):
+            choices = [PieceChoice(*cut.parts(k)) for k in numbers]
+            singular = list[PieceChoice]()
+            self._solve_group(choices, points, singular)
+            without = {id(choice) for choice in singular}
+            regular += [k for k, c in zip(numbers, choices, strict=True) if id(c) not in without]
+        kept, left = cut.needed(regular)
+        self.left = [PieceChoice(*cut.parts(k)) for k in left]
+        return points, [PieceChoice(*cut.parts(k)) for k in kept]
+
+    def _solve_group(
+        self,
+        choices: Sequence[PieceChoice],
+        points: list[tuple[Vector, PieceChoice]],
+        singular: list[PieceChoice],
+    ) -> None:
+        """Append the forces of regular choices of one size, and the singular ones."""
+        largest = max(map(abs, self.b))
+        if choices:
             together = self._solve_together(choices) if len(choices[0].columns) > 2 else None
             for k, choice in enumerate(choices):
                 x = together[k] if together else self._solve_small(choice)
@@ -152,7 +198,6 @@ class PieceProduct:
                 forces = self._forces(choice, x)
                 if self._plausible(forces, choice, largest):
                     points.append((forces, choice))
-        return points, singular
 
     def pieces(self) -> Iterator[tuple[FloatArray, FloatArray]]:
         """Yield the square matrices of all choices, those of one size k as one array (m, k, k).

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -96,7 +97,7 @@ class BatchInputs(Compared):
     @property
     def count(self) -> int:
         """Number of rows."""
-        return int(np.prod(self.shape, dtype=np.int64))
+        return math.prod(self.shape)
 
     def part(self, array: Array, start: int, stop: int) -> Array:
         """Return some rows of an input, without laying out the others."""

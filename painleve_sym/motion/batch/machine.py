@@ -11,6 +11,9 @@ from painleve_sym.engines.batch import BatchOutputs, BatchRows
 from painleve_sym.errors import InputError
 from painleve_sym.motion.simulator import Simulator
 
+_ALWAYS = 2**20
+"""Bytes that are there: to ask costs more than a short batch."""
+
 
 def available_memory() -> int | None:
     """Return the bytes that can be had without swapping; where unknown, all there are, else None.
@@ -45,6 +48,8 @@ def row_bytes(simulator: Simulator, kept: BatchOutputs) -> int:
 
 def check_memory(where: str, subject: str, need: int, fix: str) -> None:
     """Raise InputError where memory is short of the `need` bytes of `subject`."""
+    if need <= _ALWAYS:
+        return
     have = available_memory()
     if have is not None and need > have:
         raise InputError(
