@@ -34,7 +34,7 @@ CASES: dict[str, tuple[str, str, dict[str, float]]] = {
     "block-two-feet": ("theta,theta_dot", "theta=-1:1,theta_dot=-8:8", {"y_A_dot": -1.0}),
     "painleve-klein": ("phi,mu", "phi=0.1:1.4,mu=0.1:3", {}),
     "mechanisms/wheel-on-slope.toml": ("phi,phi_dot", "phi=-3:3,phi_dot=-8:8", {"n_dot": -1.0}),
-    "mechanisms/block-on-belt.toml": ("x_dot,d", "x_dot=-1:1,d=0:5", {"y_dot": -1.0}),
+    "block-on-belt": ("x_dot,d", "x_dot=-1:1,d=0:5", {"y_dot": -1.0}),
     "mechanisms/belt-oscillator.toml": ("x_dot,mu", "x_dot=-1:1,mu=0.2:3", {"y_dot": -1.0}),
 }
 

@@ -145,7 +145,9 @@ ROOT = tool.ROOT
 PAGES = [
     # What a build of the site leaves there is not part of the project.
     *sorted(
-        p for p in (ROOT / "docs").rglob("*.md") if p != tool.PAGE and "_generated" not in p.parts
+        p
+        for p in (ROOT / "docs").rglob("*.md")
+        if p != tool.PAGE and not {"_generated", "changes"} & {*p.parts}
     ),
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
     *sorted((ROOT / "examples").rglob("*.md")),

@@ -22,7 +22,7 @@ import painleve_sym as ps
 from painleve_sym.mechanics.friction import SLIP_VELOCITY
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
 
-BELT = ps.load_mechanism(Path(__file__).parents[1] / "mechanisms" / "block-on-belt.toml")
+BELT = ps.model("block-on-belt")
 U, D, LEAST = 0.2, 3.0, 0.4
 Curve = Callable[[float], float]
 

@@ -21,10 +21,9 @@ from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.sweep import Sweep
 from tests.motion.test_friction_curves import BUMP, EXPONENTIAL, LEINE, UNIT, belt, run_on
 from tests.motion.test_several_static_frictions import BLOCKS, SIDES, G, M, Oracle, U
-from tests.scenes import EXAMPLES
 from tests.support.exports import built_by_compiler
 
-BELT = EXAMPLES / "block-on-belt.toml"
+BELT = "block-on-belt"
 
 
 def test_rows_of_a_batch_are_the_runs():
@@ -48,7 +47,7 @@ def test_sweep_over_the_parameter_of_a_curve_is_its_runs(tmp_path):
     """
     out = tmp_path / "swept.npz"
     run_sweep(Sweep.from_text(text, "curve.toml"), out, threads=1)
-    mechanism = ps.load_mechanism(BELT)
+    mechanism = ps.model(BELT)
     with np.load(out, allow_pickle=False) as data:
         for i, d in enumerate((0.5, 3.0)):
             run = ps.simulate(mechanism, "rigid", {"x_dot": 0.2}, parameters={"d": d}, t_end=14.0)
@@ -60,7 +59,7 @@ def test_sweep_over_the_parameter_of_a_curve_is_its_runs(tmp_path):
 def test_exported_c_gives_the_bits_of_the_run(law, tmp_path):
     own = {} if law == "rigid" else {"k": 1e5, "c": 200.0}
     scenario = Scenario(
-        str(BELT), {"x_dot": 0.2}, law=law, law_parameters=own, t_end=14.0,
+        BELT, {"x_dot": 0.2}, law=law, law_parameters=own, t_end=14.0,
         initial_force=None if law == "rigid" else 1.0,
     )  # fmt: skip
     done = export_scenario(scenario, tmp_path / "c")
@@ -261,6 +260,6 @@ def test_guide_slides_under_a_curve_as_by_hand():
 
 
 def test_rejected_questions_name_both_coefficients():
-    mechanism = ps.load_mechanism(BELT)
+    mechanism = ps.model(BELT)
     with pytest.raises(InputError, match=r"mu_s/\(d\*Abs\(v_t\) \+ 1\) in slip"):
         ps.evaluate_jump(mechanism, "newton", {"x_dot": 1.0, "y_dot": -1.0})

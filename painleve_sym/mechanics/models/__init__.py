@@ -57,6 +57,7 @@ def _path_of(name: str) -> Path:
 _EVERYDAY = (
     *("drawer", "ladder", "door", "chalk", "drum-brake", "sprag", "lead-screw", "wheelbarrow"),
     *("ball-on-slope", "slider-crank", "rocking-block", "newtons-cradle", "woodpecker"),
+    "block-on-belt",
 )
 EVERYDAY: Mapping[str, Callable[..., Mechanism]] = {n: partial(_of_file, n) for n in _EVERYDAY}
 """Named mechanisms of everyday life, each a mechanism file."""
