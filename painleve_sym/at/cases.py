@@ -15,6 +15,7 @@ from painleve_sym.at.inputs import border_notices, place_of, refuse_infinite, re
 from painleve_sym.checks import LARGEST, StateLike
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.errors import InputError, PainleveWarning
+from painleve_sym.laws.friction import friction_notice
 from painleve_sym.mechanics.mechanism import Mechanism, Place
 from painleve_sym.problem.contact_problem import ContactProblem
 from painleve_sym.units import Value
@@ -85,7 +86,9 @@ def classify(
     """
     place = place_of(mechanism, state, parameters, close, contact_velocity)
     answer = classify_at(place)
-    for notice in border_notices(place):
+    outline = place.mechanism.outline
+    static = (c for c in outline.contacts if c.name in answer.contacts and c.static_friction)
+    for notice in (*map(friction_notice, static), *border_notices(place)):
         warnings.warn(notice, PainleveWarning, stacklevel=2)
     return answer
 

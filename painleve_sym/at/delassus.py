@@ -305,6 +305,27 @@ class Delassus:
         function = self.friction_quantities
         return np.array(function.of_vector([values[name] for name in function.arguments]))
 
+    def friction_at_rest(self, values: Mapping[str, Any]) -> Array | None:
+        """Return the coefficients up to which contacts stick at an array of states, shape (n, ...).
+
+        None where each contact has one coefficient, that of slip.
+        """
+        dynamics = self.dynamics
+        if all(c.has_one_coefficient for c in dynamics.outline.contacts):
+            return None
+        assert isinstance(dynamics, LagrangianDynamics)
+        mechanism, names = dynamics.mechanism, dynamics.outline.argument_names
+
+        def derive() -> tuple[dict[str, Any], Sequence[Any]]:
+            own = {c.name: c.friction_curve.at_rest for c in mechanism.contacts}
+            return own, argument_symbols(mechanism)
+
+        definition = dynamics.definition
+        function = quantities("friction at rest", definition, names, derive, compiles=self.compiles)
+        arrays = np.broadcast_arrays(*(np.asarray(values[n], float) for n in names))
+        flat = {n: a.reshape(-1) for n, a in zip(names, arrays, strict=True)}
+        return function.rows(flat).reshape(-1, *arrays[0].shape)
+
     def _at_each(
         self, function: Quantities, values: Mapping[str, Any], more: Shapes
     ) -> tuple[ContactNumbers, list[Array]]:

@@ -12,7 +12,7 @@ import painleve_sym as ps
 from painleve_sym.at.delassus import Delassus
 from painleve_sym.c_export.export import export_scenario
 from painleve_sym.c_export.files import expected
-from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.errors import EventKind, InputError, PainleveWarning, StopReason
 from painleve_sym.mechanics.friction import SLIP_VELOCITY
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.batch.run import run_batch
@@ -263,3 +263,21 @@ def test_rejected_questions_name_both_coefficients():
     mechanism = ps.model(BELT)
     with pytest.raises(InputError, match=r"mu_s/\(d\*Abs\(v_t\) \+ 1\) in slip"):
         ps.evaluate_jump(mechanism, "newton", {"x_dot": 1.0, "y_dot": -1.0})
+
+
+def test_a_contact_at_rest_sticks_by_its_static_coefficient_on_a_map():
+    """A point on a slope: it could stick where tan(slope) <= mu_s."""
+    text = BLOCKS[: BLOCKS.index("[[springs]]")].replace(
+        'gravity = "g"', 'gravity = ["-g*sin(a)", "-g*cos(a)"]'
+    )
+    text = text.replace("g = {", 'a = { default = 0.1, unit = "rad" }\ng = {', 1)
+    text += '[[contacts]]\nname = "foot"\npoint = ["x_1", "y_1"]\n'
+    text += 'friction = "mu_1"\nstatic_friction = "2*mu_1"\n'
+    mechanism = mechanism_from_text(text)
+    angles = np.linspace(0.1, 1.2, 23)
+    ranges = {"a": (0.1, 1.2), "x_1_dot": (0.5, 1.0)}
+    drawn = ps.region_map(mechanism, ("a", "x_1_dot"), ranges=ranges, points=23)
+    assert drawn.stick_feasible.mean() == pytest.approx(np.mean(np.tan(angles) <= 0.8))
+    with pytest.warns(PainleveWarning, match="static friction"):
+        answer = ps.classify(mechanism, {"x_1_dot": 0.0})
+    assert answer.problem.mu.item() == 0.4

@@ -83,7 +83,9 @@ class ContactMap:
         along = self._along(np.asarray(grid.get(SLIP_DIRECTION, self.slip)), np.cos, np.sin)
         with np.errstate(all="ignore"):
             A, *pull = (slip_slope(W, mu, along, side) for side in self._sides)
-            sticks = can_stick(W, at.b, mu, (at.A_stick[0], at.B_stick[0]), self._sides)
+            rest = self._numbers.friction_at_rest(grid)
+            held = mu if rest is None else rest[0]
+            sticks = can_stick(W, at.b, held, (at.A_stick[0], at.B_stick[0]), self._sides)
         case = np.where(inside, case_codes((A, *pull), B), LEGEND["outside"]).astype(np.int8)
         fields = {"A": A, "B": B, "A_stick": at.A_stick[0], "B_stick": at.B_stick[0]}
         grids: Grids = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
