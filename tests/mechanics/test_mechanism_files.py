@@ -31,7 +31,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "mechanisms"
 EVERYDAY = Path(models.__file__).parent / "everyday"
 PATHS = {p.name: p for folder in (EXAMPLES, EVERYDAY) for p in sorted(folder.glob("*.toml"))}
 FILES = list(PATHS)
-OPEN = ("newtons-cradle.toml", "rocking-block.toml", "woodpecker.toml")
+OPEN = ("dropped-ball.toml", "newtons-cradle.toml", "rocking-block.toml", "woodpecker.toml")
 """They begin with an open contact."""
 RANK_ONE = ("drum-brake.toml", "newtons-cradle.toml")
 """The point of contact moves along one line."""
