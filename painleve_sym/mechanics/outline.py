@@ -221,7 +221,7 @@ class MechanismOutline:
             Unknown names, values that are not finite, all at once; a quaternion that is not of
             unit norm.
         """
-        zeros, given = self._at_rest, self.named_state(where, given)
+        zeros = self._at_rest
         if type(given) is dict:
             # A check of all at once; where it fails, each is looked at.
             whole = {**zeros, **given}
@@ -229,8 +229,9 @@ class MechanismOutline:
                 type(v) is float and abs(v) <= LARGEST for v in given.values()
             ):
                 return self.with_unit_quaternions(where, cast(dict[str, float], whole), given)
-        values = checked_values(where, "state", given, zeros, self.state_units.__getitem__)
-        return self.with_unit_quaternions(where, values, given)
+        named = self.named_state(where, given)
+        values = checked_values(where, "state", named, zeros, self.state_units.__getitem__)
+        return self.with_unit_quaternions(where, values, named)
 
     def named_state(self, where: str, given: object) -> dict[str, Any]:
         """Return the values that are given, by name; see `checks.named_state`."""
