@@ -23,6 +23,8 @@ from painleve_sym.problem.impact.path import ImpactPath, ImpactPhase
 from painleve_sym.problem.impact.spatial import InvariantDirection, course_in_space, invariant_ones
 from painleve_sym.problem.impact.within_plane import axes_of_motion, in_plane, phase_along
 
+_PATH = ImpactFriction.PATH
+
 
 class ImpactEnd(enum.StrEnum):
     """Name how an impact ends.
@@ -225,12 +227,14 @@ def solve_impact(
     >>> [phase.name for phase in impact.phases]
     ['slip compression', 'slip restitution', 'sticking restitution']
     """
-    friction = chosen(ImpactFriction, impact_friction, "impact friction", "solve impact")
+    friction = _PATH
+    if impact_friction is not _PATH:  # members of an enumeration take longer to look up
+        friction = chosen(ImpactFriction, impact_friction, "impact friction", "solve impact")
     given, (mu,), before, law, (e,) = impact_inputs(W, mu, velocity, restitution, e)
-    check_final_slip(friction, law, "solve impact")
     is_unique = True
     try:
-        if friction is ImpactFriction.FINAL_SLIP:
+        if friction is not _PATH:
+            check_final_slip(friction, law, "solve impact")
             case, ended, phases, is_unique = final_slip_course(given, mu, before, e)
         else:
             case, ended, phases = _course(given, mu, before, law.measure, law.share(e))
