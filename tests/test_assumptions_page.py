@@ -63,8 +63,9 @@ def test_page_opens_with_a_table_of_assumptions(name):
 
 
 def test_every_page_of_theory_is_an_explanation():
-    theory = (DOCS / "theory.md").read_text("utf-8")
-    pages = {f"{name}.md" for name in re.findall(r"^([\w/-]+)$", theory, re.M)}
+    sections = [DOCS / "theory.md", *(DOCS / "theory").glob("*.md")]
+    listed = "\n".join(path.read_text("utf-8") for path in sections)
+    pages = {f"{name}.md" for name in re.findall(r"^(?:\.\./)?([\w-]+)$", listed, re.M)}
     others = {"assumptions.md", "reproduction.md", "derivations.md", "peers.md", "engine.md"}
     assert pages - others - {"numerics.md"} <= set(EXPLANATIONS)
     assert "assumptions.md" in pages

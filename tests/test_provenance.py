@@ -16,6 +16,7 @@ LAST_RELEASE = re.search(r"^version: (.*)$", CITATION, re.M)[1]
 STUDY = re.compile(r"examples/studies/([\w/]+)\.(?:py|png)|tests\.benchmarks\.\w+_page")
 COMPARED = {
     "docs/fit.md",
+    "docs/how-to/friction-curve.md",
     "docs/how-to/equations-elsewhere.md",
     "docs/how-to/fit.md",
     "docs/how-to/robot.md",

@@ -185,8 +185,8 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
 
 Other keys: title, material, contact, close, contact_velocity, robot,
 initial_force, engine, rtol, max_steps, max_events, samples, restitution, rule,
-impact_friction, phases, inputs: [[phases]] with time, parameters, law, contacts,
-and [inputs.F] with file (CSV), column, time, interpolation, or times and values.
+impact_friction; [[phases]] with time, parameters, law, contacts; [inputs.F]
+with file (CSV), column, time, interpolation, or times and values.
 One file serves classify, simulate, jump and contrast; each takes the keys it
 needs.
 Options override the file, --state, --set and --law-set entry by entry; another
