@@ -19,6 +19,7 @@ STUDIES, FIGURES = Path("examples/studies"), Path("docs/figures")
 PAGES: Mapping[str, tuple[Path, ...]] = {
     "docs/contact-solvers.md": (STUDIES / "peers" / "cone-dual.json",),
     "docs/corrected-jump.md": (FIGURES / "corrected-jump.json",),
+    "docs/cost.md": (Path("docs/cost.json"),),
     "docs/critical-force.md": (FIGURES / "critical-force.json",),
     "docs/everyday/woodpecker.md": (FIGURES / "woodpecker.json",),
     "docs/experiments.md": (STUDIES / "bench_rod" / "bench-rod.json",),

@@ -38,7 +38,8 @@ def quantity_function(mechanism: Mechanism, quantity: str) -> ca.Function:
     if quantity in of_system:
         value = _of_system(mechanism, of_system[quantity], entries)
     elif quantity in OF_SLIDING:
-        mu = numbers.friction_of(values)
+        # Contacts of a robot that stay stuck come behind its own.
+        mu = numbers.friction_of(values)[: len(outline.contacts)]
         value = _of_sliding(quantity, numbers.arrays(values), mu)
     else:
         value = numbers.arrays(values)[quantity]

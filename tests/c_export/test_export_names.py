@@ -40,6 +40,7 @@ def case(tmp_path_factory):
         simulator=simulator,
         engine_name=trajectory.engine,
         trajectory=trajectory,
+        parameters=place.parameters,
         motion=simulator.start(place).state[: len(place.state)],
         t_end=1e-3,
         rtol=scenario.settings.rtol,

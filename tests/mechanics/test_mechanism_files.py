@@ -33,7 +33,7 @@ PATHS = {p.name: p for folder in (EXAMPLES, EVERYDAY) for p in sorted(folder.glo
 FILES = list(PATHS)
 OPEN = ("dropped-ball.toml", "newtons-cradle.toml", "rocking-block.toml", "woodpecker.toml")
 """They begin with an open contact."""
-RANK_ONE = ("drum-brake.toml", "newtons-cradle.toml")
+RANK_ONE = ("drum-brake.toml", "dropped-ball.toml", "newtons-cradle.toml")
 """The point of contact moves along one line."""
 # Those that are derived for longest.
 LONG = ("three", "wheel", "elastic", "rod-on-ball", "chalk")
@@ -105,7 +105,7 @@ def test_example_starts_in_contact_and_has_positive_mobility(examples, file):
         assert (abs(gap) < 1e-12 and abs(rate) < 1e-12) or (file in OPEN and gap > 1e-6)
         least, greatest = np.linalg.eigvalsh(np.reshape(W, (2, 2)))
         assert W[0] > 0 and least > (-1e-12 * greatest if file in RANK_ONE else 0)
-    if len(mechanism.contacts) == 1 and not mechanism.contact.bilateral:
+    if len(mechanism.contacts) == 1 and not mechanism.contact.bilateral and file not in OPEN:
         assert classify(mechanism, mechanism.start).solutions is not None
 
 

@@ -129,7 +129,7 @@ def test_a_value_within_the_tolerance_of_the_run_is_zero(run):
 @pytest.mark.slow
 def test_rounding_is_drawn_flat_and_the_impact_magnified(drawer):
     """The velocity across stays within 1e-14 m/s: its axis must not be as small."""
-    figure = drawer.plot(8.6 / 2.54)
+    figure = drawer.plot(width=8.6 / 2.54)
     panels = {axes.get_ylabel(): axes for axes in figure.axes}
     (across,) = [axes for label, axes in panels.items() if r"\dot{y}" in label]
     low, high = across.get_ylim()
@@ -153,6 +153,6 @@ def test_report_figure_and_command_line_list_the_same_events(run, tmp_path, caps
     assert f"and {folded} events below the tolerance" in text
     assert len(re.findall(r"^ *[01]\.?\d* +[a-z]", text, re.M)) == len(run.events_above_tolerance)
     assert re.search(r"^ *y_dot +0 +m/s", text, re.M)
-    figure = run.plot(8.6 / 2.54)
+    figure = run.plot(width=8.6 / 2.54)
     words = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert f"{folded} events below the tolerance" in words

@@ -54,7 +54,7 @@ def test_uniqueness_of_sliding_contacts_may_be_existence_only():
 def test_uniqueness_explains_itself():
     for member in Uniqueness:
         assert member.label == member.name.lower()
-        assert len(member.meaning) > 60 and any(c.isdigit() for c in member.reference)
+        assert len(member.meaning) > 40 and any(c.isdigit() for c in member.reference)
         assert member.name in Uniqueness.__doc__
 
 
