@@ -126,6 +126,8 @@ class Mechanism(Shown, Deferred):
         own = (bound for c in self.contacts for bound in c.friction_bounds)
         bounds = tuple(bound for bound in own if bound not in self.domain)
         object.__setattr__(self, "domain", (*self.domain, *bounds))
+        # Where the start was checked, the outline was made without these bounds.
+        self.__dict__.pop("outline", None)
 
     @classmethod
     def from_sympy(

@@ -21,6 +21,7 @@ from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.sweep import Sweep
 from tests.motion.test_friction_curves import BUMP, EXPONENTIAL, LEINE, UNIT, belt, run_on
 from tests.motion.test_several_static_frictions import BLOCKS, SIDES, G, M, Oracle, U
+from tests.scenes import EXAMPLES
 from tests.support.exports import built_by_compiler
 
 BELT = "block-on-belt"
@@ -281,3 +282,17 @@ def test_a_contact_at_rest_sticks_by_its_static_coefficient_on_a_map():
     with pytest.warns(PainleveWarning, match="static friction"):
         answer = ps.classify(mechanism, {"x_1_dot": 0.0})
     assert answer.problem.mu.item() == 0.4
+
+
+def test_classify_of_a_file_whose_curve_comes_to_zero(tmp_path):
+    """The condition mu > 0 of the curve is a margin behind that of the file."""
+    text = (EXAMPLES / "rod.toml").read_text("utf-8")
+    file = tmp_path / "falling.toml"
+    file.write_text(text.replace('friction = "mu"', 'friction = "mu - 0.1*abs(v_t)"'), "utf-8")
+    mechanism = ps.load_mechanism(file)
+    assert len(mechanism.outline.domain) == len(mechanism.domain) == 2
+    state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    rod = ps.model("rod", mu=1.3)
+    assert pytest.approx(ps.classify(rod, state).A, rel=1e-12) == ps.classify(mechanism, state).A
+    with pytest.raises(ps.InputError, match="friction coefficient of contact A is positive"):
+        ps.classify(mechanism, state | {"x_A_dot": -15.0})
