@@ -219,7 +219,8 @@ class Simulator(Compared, MechanismWithLaws):
         if timetable is not None or pulsed or any(c is not None for c in changes):
             if timetable is not None and origin.record.simulator is not self:
                 timetable = timetable.since(origin.final_time)
-            timetable = Timetable.of(self, *changes, before=timetable)
+            begin = 0.0 if origin is None else origin.final_time
+            timetable = Timetable.of(self, *changes, before=timetable, begin=begin)
             return run_in_pieces(self, timetable, settings, {"state": state, **begins}, origin)
         if origin is None:
             return self.fresh(state, settings, begins)

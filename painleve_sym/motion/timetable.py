@@ -86,14 +86,28 @@ class Timetable(Compared):
 
     @classmethod
     def of(
-        cls, simulator: Simulator, phases: Any, inputs: Any, before: Timetable | None = None
+        cls,
+        simulator: Simulator,
+        phases: Any,
+        inputs: Any,
+        before: Timetable | None = None,
+        begin: float = 0.0,
     ) -> Timetable:
         """Return the timetable of the arguments of a run; what is None is that of the run before.
 
-        InputError for unknown names, times out of order, and values out of range.
+        InputError for unknown names, times before the one at which the motion begins, and values
+        out of range.
         """
         before = before or cls()
-        own = before.phases if phases is None else tuple(checked_phases(simulator.where, phases))
+        own = before.phases
+        if phases is not None:
+            own = tuple(checked_phases(simulator.where, phases))
+            if own and own[0]["time"] < begin:
+                raise InputError(
+                    f"{simulator.where}: phases: got the time {own[0]['time']:g} s, need times "
+                    f"from {begin:g} s on, where the motion begins. Fix: leave the phase out, or "
+                    "give what it changes as parameters."
+                )
         signals = {**before.signals, **_signals(simulator, inputs)}
         return cls(own, signals, simulator.pulses, before.ahead)
 

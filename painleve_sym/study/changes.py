@@ -14,7 +14,10 @@ _EXAMPLE = "0.5:mu=0.2,g=0;0.8:law=hertz;1:contacts=A+B"
 
 def read_phases(where: str, text: str) -> tuple[dict[str, Any], ...]:
     """Return the phases of a text such as ``0.5:mu=0.2;0.8:law=hertz``."""
-    return tuple(_phase(where, part) for part in text.split(";") if part.strip())
+    parts = [part for part in text.split(";") if part.strip()]
+    if not parts:
+        raise InputError(f"{where}: got {text!r}, need phases such as {_EXAMPLE}.")
+    return tuple(_phase(where, part) for part in parts)
 
 
 def _phase(where: str, text: str) -> dict[str, Any]:
