@@ -321,3 +321,35 @@ def test_the_point_of_a_contact_may_be_that_of_a_body():
         )
         assert str(mechanism.contact.gap) == "h"
         assert str(mechanism.contact.slip_velocity) == "q_dot"
+
+
+def test_a_model_of_pydy_is_our_own_mechanism():
+    """The pendulum of two links on a cart that PyDy derives; its tip touches the ground."""
+    models = pytest.importorskip("pydy.models", reason="needs the group test (pydy)")
+    kane = models.n_link_pendulum_on_cart(2, cart_force=False, joint_torques=False).eom_method
+    tip, frame = kane.bodies[-1], kane._inertial
+    (origin,) = (p for p in kane.bodies[0].masscenter._pos_dict if p.name == "O")
+    values = {"m0": 1.5, "m1": 0.8, "m2": 0.5, "l0": 0.4, "l1": 0.3, "g": 9.81, "mu": 0.6}
+    contact = {"tip": {"point": tip, "friction": sp.Symbol("mu")}}
+    ours = ps.Mechanism.from_sympy(kane, contact, values, frame=frame, origin=origin)
+
+    x, a, b = (ps.Coordinate(n, n, u) for n, u in (("q0", "m"), ("q1", "rad"), ("q2", "rad")))
+    known = [ps.Parameter(n, v, "1", n) for n, v in values.items()]
+    m0, m1, m2, l0, l1, g, mu = (p.symbol for p in known)
+    points = [(x.symbol, sp.Integer(0))]
+    for length, angle in ((l0, a.symbol), (l1, b.symbol)):
+        last_x, last_y = points[-1]
+        points.append((last_x + length * sp.cos(angle), last_y + length * sp.sin(angle)))
+    bodies = [ps.Body(m, point) for m, point in zip((m0, m1, m2), points, strict=True)]
+    system = ps.LagrangianSystem.of_bodies("cart", (x, a, b), known, bodies, gravity=g)
+    own = ps.Mechanism(
+        "cart", "", "own", system, (ps.Contact.of_point("tip", system, points[-1], mu),)
+    )
+    state = {"q1": 0.3, "q2": -0.8, "q0_dot": 0.5, "q1_dot": 0.2, "q2_dot": -0.4}
+    for quantity in ("W", "b", "M"):
+        numbers = []
+        for mechanism in (ours, own):
+            place = mechanism.at(state)
+            given = [place.parameters[n] for n in mechanism.parameters]
+            numbers.append(np.array(mechanism.casadi(quantity)([*place.state.values()], given)))
+        np.testing.assert_allclose(*numbers, rtol=1e-11, atol=1e-12)
