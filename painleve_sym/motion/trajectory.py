@@ -64,6 +64,10 @@ if TYPE_CHECKING:
 FORMAT = "painleve-sym trajectory 2"
 
 
+CONTACT_RATES = ("gap_rate", "slip_velocity")
+"""Rates of a contact, which are states of motions of several contacts under other names."""
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Trajectory(Shown, Compared):
     """A motion, piecewise polynomial in time.
@@ -361,6 +365,9 @@ class Trajectory(Shown, Compared):
             known.append(abs(self.final[name]))
         elif name.startswith("gap") and "rate" not in name:
             known += [abs(e.compression) for e in self.events]
+        elif name in CONTACT_RATES and len(self.step_time) and self.evaluator is not None:
+            rates = self.values(self.names.of_contact(name, contact), self.step_time)
+            known.append(float(np.nanmax(np.abs(rates), initial=0.0)))
         return max(known)
 
     def tolerance(self, name: str, contact: str = "") -> float:
