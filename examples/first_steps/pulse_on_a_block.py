@@ -8,13 +8,16 @@ takes longer than the push, and then it falls at once. SI units.
 """
 
 import math
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 import painleve_sym as ps
 
-BLOCK = ps.load_mechanism("examples/mechanisms/block-under-a-pulse.toml")
+FILE = Path("examples", "mechanisms", "block-under-a-pulse.toml")
+HERE = Path.cwd()  # a folder of the repository, from where the file is looked for
+BLOCK = ps.load_mechanism(next(p / FILE for p in (HERE, *HERE.parents) if (p / FILE).exists()))
 SIMULATOR = ps.Simulator(BLOCK, ps.laws.rigid(e=0.0))
 PUSHES = np.array([1.5, 2.5, 4.5, 6.5, 7.5, 8.5])  # largest acceleration, m/s^2
 LYING = math.pi / 2
