@@ -102,7 +102,5 @@ def test_what_is_short_in_closed_form_is_not_solved_for():
 
 
 def test_modes_of_a_bar_do_not_meet_in_the_elimination():
-    """Eliminated first, each has entries with the three velocities of the frame alone."""
-    motion = solved_motion(model("rod-bending:4,3"))
-    lower = [s for s in motion.steps if s.name.startswith("solve_L_")]
-    assert len(lower) <= 7 * 3 + 3
+    """Eliminated first, each has entries with the frame alone; the other order takes 105 steps."""
+    assert len(solved_motion(model("rod-bending:4,3")).steps) <= 99
