@@ -163,6 +163,7 @@ def setup(app):
     app.connect("autodoc-process-signature", class_pages.hide_constructor, priority=400)
     app.connect("autodoc-process-docstring", write_links_and_bars, priority=900)
     app.connect("config-inited", lambda app, config: reference_pages.write(DOCS / "_generated"))
+    app.connect("config-inited", class_pages.sign_typed_dicts)
     app.connect("source-read", link_folders_outside)
     app.connect("env-updated", link_works)
     app.connect("missing-reference", reference_pages.resolve)

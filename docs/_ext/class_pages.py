@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import inspect
 import re
-from typing import Any
+from importlib import import_module
+from typing import Any, is_typeddict
+
+from painleve_sym.doors import public_names
 
 _SECTION = re.compile(r"^(\w[\w ]*)$")
 
@@ -49,3 +52,11 @@ def hide_constructor(
 ) -> tuple[str, str] | None:
     """Return no signature for a class that functions return."""
     return ("", "") if kind == "class" and not is_made_by_users(public) else None
+
+
+def sign_typed_dicts(*_: Any) -> None:
+    """Give dictionaries with typed keys an empty signature; autodoc reads that of `dict` wrongly."""
+    for name, door in public_names().items():
+        public = getattr(import_module(door), name)
+        if is_typeddict(public):
+            public.__signature__ = inspect.Signature()
