@@ -55,7 +55,7 @@ def hide_constructor(
 
 
 def sign_typed_dicts(*_: Any) -> None:
-    """Give dictionaries with typed keys an empty signature; autodoc reads that of `dict` wrongly."""
+    """Give dictionaries with typed keys an empty signature: autodoc fails at that of `dict`."""
     for name, door in public_names().items():
         public = getattr(import_module(door), name)
         if is_typeddict(public):
