@@ -21,6 +21,32 @@ EXAMPLES = Path(__file__).parents[1] / "examples" / "mechanisms"
 FEET, LADDER = "block-two-feet", "ladder"
 TABLE = EXAMPLES / "three-legged-table.toml"
 
+SLED = """
+name = "sled"
+gravity = "g"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+[parameters]
+m = { default = 2.0, unit = "kg", positive = true }
+g = { default = 9.8, unit = "m/s^2" }
+mu = { default = 0.3, unit = "1" }
+[inputs]
+F = { unit = "N", interpolation = "linear" }
+u = { unit = "m", meaning = "place of the table", interpolation = "linear" }
+[[bodies]]
+mass = "m"
+centre = ["x", "y"]
+[forces]
+x = "F"
+[[contacts]]
+name = "table"
+point = ["x", "y"]
+through = ["u", 0]
+friction = "mu"
+"""
+"""A block that a force pushes on a table that moves, both as inputs."""
+
 
 @cache
 def simulator(

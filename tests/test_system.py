@@ -56,9 +56,9 @@ def test_windows_compiles_libraries_of_its_own_kind(windows, monkeypatch, tmp_pa
     """The compiler is asked for a file that ends in .dll; here it makes one of this system."""
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path))
     source = '__attribute__((visibility("default"))) double answer(void) { return 7; }\n'
-    library = compiling.compiled_library(source)
-    assert library.suffix == ".dll" and compiling.library_named(library.name) == library
-    assert compiling.compiled_library(source) == library
+    built = compiling.compiled_library(source)
+    assert built.suffix == ".dll" and compiling.library_named(built.name) == built
+    assert compiling.compiled_library(source) == built
 
 
 def test_flags_of_windows_have_no_position_independence():

@@ -201,21 +201,23 @@ def export_scenario(
     scenario: Scenario, folder: str | Path, name: str | None = None, inputs: Sequence[str] = ()
 ) -> Export:
     """Write the C code of a scenario; see `export_c`."""
+    return export_c(**arguments_of(scenario), folder=folder, name=name, inputs=inputs)
+
+
+def arguments_of(scenario: Scenario) -> dict[str, Any]:
+    """Return the mechanism, the law, the start and the settings of a scenario for an export."""
     refuse_phases(scenario)
-    return export_c(
-        scenario.mechanism(),
-        scenario.contact_law(),
-        scenario.start(),
-        folder=folder,
-        name=name,
-        parameters=scenario.parameters,
-        law_parameters=scenario.law_parameters,
-        initial_force=scenario.initial_force,
-        engine=scenario.engine,
-        watch=scenario.watch,
-        inputs=inputs,
+    return {
+        "mechanism": scenario.mechanism(),
+        "law": scenario.contact_law(),
+        "state": scenario.start(),
+        "parameters": scenario.parameters,
+        "law_parameters": scenario.law_parameters,
+        "initial_force": scenario.initial_force,
+        "engine": scenario.engine,
+        "watch": scenario.watch,
         **scenario.of_run,
-    )
+    }
 
 
 def input_names(simulator: Simulator, inputs: Sequence[str]) -> tuple[str, ...]:

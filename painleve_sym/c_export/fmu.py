@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from painleve_sym.c_export.export import Given, refuse_phases, simulator_in_c, started
+from painleve_sym.c_export.export import Given, arguments_of, simulator_in_c, started
 from painleve_sym.c_export.files import StartedCode, clashing_name, code_files, filled
 from painleve_sym.c_export.fmi_description import VERSIONS, build_description, description
 from painleve_sym.c_export.fmi_variables import Variable, instants, variables
@@ -150,22 +150,8 @@ def export_fmu_of_scenario(
     inputs: Sequence[str] = (),
 ) -> Fmu:
     """Write the unit of a scenario; see `export_fmu`."""
-    refuse_phases(scenario)
-    return export_fmu(
-        scenario.mechanism(),
-        scenario.contact_law(),
-        scenario.start(),
-        file=file,
-        fmi_version=fmi_version,
-        name=name,
-        parameters=scenario.parameters,
-        law_parameters=scenario.law_parameters,
-        initial_force=scenario.initial_force,
-        engine=scenario.engine,
-        watch=scenario.watch,
-        inputs=inputs,
-        **scenario.of_run,
-    )
+    given = arguments_of(scenario)
+    return export_fmu(**given, file=file, fmi_version=fmi_version, name=name, inputs=inputs)
 
 
 def _written(case: StartedCode, path: Path, version: str) -> Fmu:

@@ -20,7 +20,7 @@ from painleve_sym.motion.pressed_start import PressedStart
 from painleve_sym.motion.pressing import ContactSurface
 from painleve_sym.motion.records import PIECE, EngineOutputs, EventRecord, MotionNames
 from painleve_sym.motion.rigidity import BodyPeriod
-from painleve_sym.motion.run_record import StoredRecord
+from painleve_sym.motion.run_record import LiveRecord
 from painleve_sym.motion.singular_limit import ReverseChatter
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def outputs_of_data(data: Any) -> TapeOutputs | JoinedOutputs:
 
 
 @dataclass(frozen=True, eq=False)
-class JoinedRecord:
+class JoinedRecord(LiveRecord):
     """The records of pieces under common names; see `StoredRecord`.
 
     `simulator` is that of the whole mechanism with its pulses, `timetable` what changes.
@@ -117,20 +117,6 @@ class JoinedRecord:
     simulator: Simulator = field(repr=False)
     timetable: Timetable
     pieces: tuple[Trajectory, ...]
-
-    def __eq__(self, other: object) -> bool:
-        """Whether the other record, joined or stored, holds the same motion."""
-        if not isinstance(other, JoinedRecord | StoredRecord):
-            return NotImplemented
-        return StoredRecord.of(self) == StoredRecord.of(other)
-
-    def __hash__(self) -> int:
-        """Return the hash of the stored arrays."""
-        return hash(StoredRecord.of(self))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the recorded arrays, without the simulator."""
-        return StoredRecord.of, (StoredRecord.of(self),)
 
     # ---- names ----
 

@@ -72,18 +72,12 @@ class StoredRecord(Compared):
         return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
 
 
-@dataclass(frozen=True, eq=False)
-class RunRecord:
-    """The record of a run."""
-
-    simulator: MechanismWithLaws
-    start: Start
-    raw: RawRun
-    options: RunOptions
+class LiveRecord:
+    """A record with its simulator, compared and pickled as what is stored of it."""
 
     def __eq__(self, other: object) -> bool:
-        """Whether the other record, of a run or stored, holds the same motion."""
-        if not isinstance(other, RunRecord | StoredRecord):
+        """Whether the other record, live or stored, holds the same motion."""
+        if not isinstance(other, LiveRecord | StoredRecord):
             return NotImplemented
         return StoredRecord.of(self) == StoredRecord.of(other)
 
@@ -94,6 +88,16 @@ class RunRecord:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the recorded arrays, without the simulator."""
         return StoredRecord.of, (StoredRecord.of(self),)
+
+
+@dataclass(frozen=True, eq=False)
+class RunRecord(LiveRecord):
+    """The record of a run."""
+
+    simulator: MechanismWithLaws
+    start: Start
+    raw: RawRun
+    options: RunOptions
 
     @property
     def inputs(self) -> dict[str, Any]:

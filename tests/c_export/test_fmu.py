@@ -14,6 +14,7 @@ from painleve_sym.c_export import export_fmu
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.laws.catalogue import LAWS
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from tests.scenes import SLED
 from tests.support.exports import run
 from tests.support.units import Unit, fmpy
 
@@ -176,32 +177,6 @@ def test_an_input_is_held_over_a_step(unit, version, crate):
         assert abs(own.get("tangential_force")) == pytest.approx(abs(force))
         assert abs(force) < 0.3 * 2.0 * 9.81
         assert own.get("normal_force") == pytest.approx(2.0 * 9.81)
-
-
-SLED = """
-name = "sled"
-gravity = "g"
-[coordinates]
-x = { unit = "m" }
-y = { unit = "m" }
-[parameters]
-m = { default = 2.0, unit = "kg", positive = true }
-g = { default = 9.8, unit = "m/s^2" }
-mu = { default = 0.3, unit = "1" }
-[inputs]
-F = { unit = "N", interpolation = "linear" }
-u = { unit = "m", meaning = "place of the table", interpolation = "linear" }
-[[bodies]]
-mass = "m"
-centre = ["x", "y"]
-[forces]
-x = "F"
-[[contacts]]
-name = "table"
-point = ["x", "y"]
-through = ["u", 0]
-friction = "mu"
-"""
 
 
 def test_inputs_that_vary_within_a_step_have_rates(tmp_path):

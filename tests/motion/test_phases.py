@@ -16,6 +16,7 @@ from painleve_sym.cli import main
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.study.scenario import Scenario
+from tests.scenes import SLED
 
 SLIDING = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 FALLING = {"y_A": 0.1, "theta": 0.9}
@@ -27,29 +28,8 @@ MOTIONS = {
     "erk": ("rod", "bilinear-hertz", SLIDING, 0.005, "erk"),
     "both kinds": ("block-two-feet", {"A": "rigid", "B": "hertz"}, TWO_FEET, 0.1, "auto"),
 }
-BLOCK = """
-gravity = "g"
-[coordinates]
-x = { unit = "m" }
-y = { unit = "m" }
-[parameters]
-m = { default = 2.0, unit = "kg", positive = true }
-g = { default = 9.8, unit = "m/s^2" }
-mu = { default = 0.3, unit = "1" }
-[inputs]
-F = { unit = "N", interpolation = "linear" }
-u = { unit = "m", meaning = "place of the table", interpolation = "cubic" }
-[[bodies]]
-mass = "m"
-centre = ["x", "y"]
-[forces]
-x = "F"
-[[contacts]]
-name = "table"
-point = ["x", "y"]
-through = ["u", 0]
-friction = "mu"
-"""
+CUBIC = 'meaning = "place of the table", interpolation = "cubic"'
+BLOCK = SLED.replace(CUBIC.replace("cubic", "linear"), CUBIC)
 
 
 @pytest.fixture(scope="module")

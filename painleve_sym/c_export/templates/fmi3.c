@@ -139,7 +139,7 @@ FMU_3 fmi3SetInt64(FMU_REFERENCES, const fmi3Int64 value[], size_t values) {
   return fmu_missing(c, n);
 }
 
-/* Types of which there is no variable. */
+/* Types that no variable has. */
 #define FMU_NONE(type)                                                            \
   FMU_3 fmi3Get##type(FMU_REFERENCES, fmi3##type value[], size_t values) {       \
     (void)r, (void)value, (void)values;                                           \

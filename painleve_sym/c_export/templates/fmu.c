@@ -239,7 +239,7 @@ static int fmu_step(fmu_instance *i, double t, double h) {
 /* ---- Variables ---- */
 
 static int fmu_unknown(const fmu_instance *i, unsigned int reference, const char *type) {
-  return fmu_say(i, "value reference %u: there is no variable of type %s.", reference, type);
+  return fmu_say(i, "value reference %u: the unit has no such variable of type %s.", reference, type);
 }
 
 static int fmu_get_real(fmu_instance *i, unsigned int reference, double *value) {
