@@ -344,8 +344,10 @@ for (const wanted of file ? JSON.parse(fs.readFileSync(file, "utf8")) : []) {
       assert.deepEqual(own.eventsAboveTolerance.map((e) => own.events.indexOf(e)), run.listed);
       for (const [k, event] of run.events.entries()) {
         close(own.events[k].time, event.time, `time of event ${k}`, rtol);
+        // Where compression just reaches its former maximum, the speed has half of the digits.
+        const half = event.kind === "yield" ? Math.sqrt(Number.EPSILON) : rtol;
         for (const [s, value] of Object.entries(event.state)) {
-          close(own.events[k].after[s], value, `${s} of event ${k}`, rtol);
+          close(own.events[k].after[s], value, `${s} of event ${k}`, half);
         }
       }
       for (const moment of run.moments) {

@@ -276,7 +276,7 @@ def test_the_law_and_its_choices_stand_on_the_page(opened):
     assert shown.count() > 50 and shown.evaluate_all(texts) == []
     assert law.inner_text() == (
         "Contact law: bilinear-hertz, reload elastic; beside it rigid, restitution energetic, "
-        "impact_friction path, policy liftoff."
+        "impact friction path, policy liftoff."
     )
     events = [row["words"][1] for row in rows(page, 1)]
     page.get_by_label("reload").select_option("virgin")

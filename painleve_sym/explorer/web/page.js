@@ -181,7 +181,8 @@ export class Explorer {
     const motions = engine.shown(settings);
     this.law.replaceChildren("Contact law: ", ...motions.flatMap(({ names: { law, choices } }, i) => [
       `${i ? "; beside it " : ""}${law}`,
-      ...Object.entries(choices).flatMap(([name, value]) => [", ", LAW_WORDS.includes(name) ? this.term(name) : name, ` ${value}`]),
+      ...Object.entries(choices).flatMap(([name, value]) => [", ",
+        LAW_WORDS.includes(name) ? this.term(name) : name.replaceAll("_", " "), ` ${value.replaceAll("_", " ")}`]),
     ]), ".");
     this.problem.update(settings, problem);
     this.map.update(settings, problem);
